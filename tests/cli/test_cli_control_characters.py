@@ -1,7 +1,6 @@
 """No control character of a file, a name or a manifest reaches a terminal, and the colours that we chose do."""
 
 import io
-import json
 import re
 import sys
 
@@ -37,15 +36,6 @@ def test_problems_are_tame_without_the_command_line_too():
     assert problem.render().count("\n") == 2
 
 
-def test_bad_values_of_a_sky_file(scene, capsys):
-    (scene / "skydist.inp").write_text(f"2 2 2 1\n550\n1 1 0 1{HOSTILE}\n1 1 1 {HOSTILE}\n", encoding="utf-8")
-    for words in (["validate", scene], ["run", scene], ["validate", scene / "skydist.inp"]):
-        assert main([str(word) for word in words]) == 3
-        shown = capsys.readouterr()
-        assert "skydist.inp:3" in shown.err
-        assert_tame(shown)
-
-
 def test_names_of_files(scene, tmp_path, capsys):
     for words in (["run", f"{tmp_path}/{HOSTILE}"], ["info", f"{tmp_path}/{HOSTILE}"], ["validate", HOSTILE]):
         assert main(words) == 3
@@ -53,20 +43,6 @@ def test_names_of_files(scene, tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["run", str(scene), f"--{HOSTILE}"])
     assert_tame(capsys.readouterr())
-
-
-def test_notes_of_a_manifest(scene, tmp_path, capsys):
-    out = tmp_path / "out"
-    assert main(["run", str(scene), "--iterations", "100", "--format", "none", "-q", "--out", str(out)]) == 0
-    path = out / "manifest.json"
-    manifest = json.loads(path.read_text())
-    manifest["notes"] = [HOSTILE]
-    manifest["version"] = f"9{HOSTILE}"
-    path.write_text(json.dumps(manifest))
-    capsys.readouterr()
-    for command in ("info", "verify"):
-        main([command, str(out)])
-        assert_tame(capsys.readouterr())
 
 
 def test_streams_escape_what_a_file_says():

@@ -50,14 +50,6 @@ def test_npy_is_what_run_writes(amc, tmp_path, options):
         assert (tmp_path / "out-npy" / name).read_bytes() == (tmp_path / "npy" / name).read_bytes()
 
 
-def test_csv_holds_the_photons(out, told):
-    shown = told("export", out, "--to", "csv", "--waveband", 3)
-    assert "20000 photons in 1 waveband, seed 5, as csv: 1 file" in shown.out
-    assert shown.err == ""
-    numbers = np.loadtxt(out.with_name("out-csv") / "photons-0003.csv", delimiter=",", skiprows=1, dtype=np.float32)
-    assert np.array_equal(numbers, source_of(out).photons(2).directions)
-
-
 def test_mcpl_is_what_write_mcpl_writes(out, tmp_path, told):
     write_mcpl(source_of(out), tmp_path / "wanted.mcpl")
     assert export(out, "--to", "mcpl") == 0
@@ -122,22 +114,6 @@ def test_aomc_never_touches_the_files_of_a_scene(amc, out, told):
         assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
-@pytest.mark.parametrize(
-    ("name", "words", "code", "said"),
-    [
-        ("sun_and_sky", (), 0, "each waveband was planned again with 20000 photons"),
-        ("perez_sky", ("--no-disc", "--iterations", 17_000_000), 4, "--iterations 16000000 --sun-zenith 32"),
-    ],
-)
-def test_aomc_plans_a_run_again_or_says_what_cures_it(name, words, code, said, tmp_path, told):
-    """What is planned, all reasons and their cures are in tests/outputs/aomc/test_skydist.py."""
-    amc = copy_scene(name, tmp_path)
-    assert run(amc, *words, "--out", tmp_path / "out") == 0
-    shown = told("export", tmp_path / "out", "--to", "aomc", "--scene", amc, code=code)
-    assert all(word in shown.out + shown.err for word in said.split(" --"))
-    assert shown.err.count("\n") == (code == 4)
-
-
 def test_weights_have_no_place_in_the_program(tmp_path, told):
     amc = copy_scene("document_example", tmp_path)
     assert run(amc, "--weights", "--weighting", "solid-angle", "--out", tmp_path / "out") == 0
@@ -177,14 +153,6 @@ def test_a_folder_of_another_run_is_refused_unless_forced(amc, out, tmp_path, to
     assert source_of(photons).plan.sha256 == source_of(second).plan.sha256
 
 
-def test_the_run_itself_is_no_target(out, told):
-    before = names(out)
-    assert "is the run itself" in told("export", out, "--to", "npy", "--out", out, "--force", code=2).err
-    out.with_name("link").symlink_to(out)
-    assert export(out, "--to", "npy", "--out", out.with_name("link"), "--force") == 2
-    assert names(out) == before
-
-
 def test_other_files_in_the_run_leave_it_verified(out, told):
     pytest.importorskip("h5netcdf")
     for words in (["mcpl", "--out", out / "more.mcpl"], ["netcdf", "--out", out]):
@@ -217,25 +185,6 @@ def test_a_map_is_what_its_name_says(out, tmp_path, told):
     assert names(tmp_path / "v1.2") == {"envmap.npy", "envmap.json", "plan.npz"}
 
 
-@pytest.mark.parametrize(
-    ("words", "text"),
-    [
-        ("mcpl --out out", "photons.mcpl in the run is the run's own"),
-        ("source --out out/source.sky", "source.sky in the run is the run's own"),
-        (
-            "source --out out/plan.npz",
-            "plan.npz is there and no folder; --to source takes a folder, or a name that ends",
-        ),
-        ("csv --out /dev/full", "/dev/full is there and no folder; --to csv takes a folder"),
-    ],
-)
-def test_files_of_the_run_and_devices_are_no_target(out, tmp_path, monkeypatch, told, words, text):
-    monkeypatch.chdir(tmp_path)
-    before = names(out)
-    assert text in told("export", out, "--force", "--to", *words.split(), code=2).err
-    assert names(out) == before
-
-
 @pytest.mark.parametrize("to", ["npy", "mcpl", "netcdf"])
 def test_a_full_disk_leaves_nothing_half(out, tmp_path, to):
     if to == "netcdf":
@@ -249,25 +198,3 @@ def test_a_full_disk_leaves_nothing_half(out, tmp_path, to):
     assert process.returncode == 6, err
     assert err.startswith(b"aomc-sky: error: cannot write")
     assert names(tmp_path / "made") <= {"plan.npz"}
-
-
-def test_progress_and_flat_memory(out, monkeypatch):
-    """Chunks are told as they come, and no array of a whole band is ever made."""
-    from aomc_sky.engine.export import ExportOptions, export_run
-    from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.outputs.photons import files
-
-    monkeypatch.setattr(files, "BLOCK", 1024)
-    told: list[tuple[int, int]] = []
-    sizes: list[int] = []
-    photons = PhotonSource.photons
-
-    def watched(self, band=0, start=0, stop=None, **how):
-        sizes.append(stop - start)
-        return photons(self, band, start, stop, **how)
-
-    monkeypatch.setattr(PhotonSource, "photons", watched)
-    result = export_run(open_run(out), ExportOptions(to="npy"), lambda done, total: told.append((done, total)))
-    assert told[-1] == (60_000, 60_000) == (result["photons"], result["photons"])
-    assert len(told) == 3 * 20
-    assert max(sizes) == 1024

@@ -12,27 +12,12 @@ from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.formats.mcpl.header import runs_of
 from tests.support.fault_rows import command
 from tests.support.mcpl import oracle
-from tests.support.scenes import manifest_of, run_bytes
+from tests.support.scenes import run_bytes
 from tests.support.shared import INPUTS
-
-ITERATIONS = 70_000  # more than a block of work
 
 
 def run(amc, out, *words):
     assert command("run", amc, "-q", "--format", "mcpl", "--out", out, "--iterations", *words) == 0
-
-
-def test_one_file_holds_all_wavebands_and_stands_in_the_manifest(amc, tmp_path):
-    run(amc, tmp_path / "out", ITERATIONS, "--seed", 4)
-    names = sorted(p.name for p in (tmp_path / "out").iterdir())
-    assert names == ["counts.csv", "manifest.json", "photons.mcpl", "plan.npz"]
-    data = (tmp_path / "out/photons.mcpl").read_bytes()
-    manifest = manifest_of(tmp_path / "out")
-    assert manifest["files"]["photons.mcpl"] == {"bytes": len(data)}
-    assert manifest["options"]["formats"] == ["mcpl"]
-    source = sky.read_scene(amc, iterations=ITERATIONS).source(seed=4)
-    sky.write_mcpl(source, tmp_path / "same.mcpl")
-    assert (tmp_path / "same.mcpl").read_bytes() == data
 
 
 def test_a_name_that_asks_for_gzip_is_refused_with_what_to_do(amc, tmp_path, told):
@@ -119,17 +104,3 @@ def test_validate_takes_good_files_and_folders(amc, tmp_path, told):
     shutil.copy(out / "photons.mcpl", tmp_path / "a.mcpl.gz")
     assert json.loads(told("validate", "--json", tmp_path / "a.mcpl.gz").out)["ok"] is True
     assert "E801" in told("validate", tmp_path / "absent.mcpl", code=3).err
-
-
-def test_a_polarised_run_is_made_again_with_its_axes(tmp_path):
-    """`verify` compares the axes of a run's file; one axis that is turned is found."""
-    model = sky.PerezSky(sun_zenith_deg=60.0, epsilon=6.0, delta=0.1, polarisation=sky.RayleighPattern())
-    scene = sky.Scene(wavebands=[550.0], n_photons=1000, components=model)
-    sky.write_run(scene, tmp_path, seed=1, formats=["mcpl"])
-    path = tmp_path / "photons.mcpl"
-    assert sky.read_mcpl(path).header.has_polarisation
-    assert command("verify", tmp_path) == 0
-    data = bytearray(path.read_bytes())
-    data[-41] ^= 0x80  # the polarisation comes first in a record of 44 bytes; sign of its first number
-    path.write_bytes(data)
-    assert command("verify", tmp_path) == 1

@@ -105,13 +105,6 @@ def test_errors_of_every_kind_are_one_object(folder, tmp_path, monkeypatch, caps
         assert (answer["error"]["exit_status"], problem["code"], problem["line"]) == (status, code, at), line
 
 
-def test_an_error_is_no_text_among_photons(folder, monkeypatch, told):
-    monkeypatch.chdir(folder)
-    said = told("run", "scene", "--format", "raw", "--out", "-", "--json", code=2)
-    assert said.out == ""
-    assert said.err.startswith("aomc-sky: error: --json and --out -")
-
-
 @pytest.mark.parametrize("name", COMMANDS)
 def test_help_is_short_and_says_where_the_rest_is(name, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "80")

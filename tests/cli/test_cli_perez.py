@@ -19,7 +19,6 @@ CLEAR = ["--sun-zenith", "40", "--dni", "850", "--dhi", "95"]
 
 
 def shown(capsys, *words):
-    """The JSON that a command prints."""
     assert main(["perez", *words, "--json"]) == 0
     return json.loads(capsys.readouterr().out)
 

@@ -8,7 +8,7 @@ import pytest
 
 import aomc_sky as sky
 from tests.support.fault_rows import command
-from tests.support.scenes import flip_bit, manifest_of, run_bytes
+from tests.support.scenes import flip_bit, manifest_of
 from tests.support.shared import INPUTS
 from tests.support.stokes import DEFECTS
 
@@ -195,7 +195,6 @@ def test_columns_are_those_of_the_batch(run_of_all, tmp_path, told):
 
 
 def test_files_of_an_unpolarised_run_are_the_same_bytes(run_of_all, tmp_path):
-    """Without the option no file has more columns, and directions are the same."""
     out = tmp_path / "out"
     assert command(*RUN, "--iterations", N, "--format", "npy", "--format", "raw", "--out", out, "-q") == 0
     assert not list(out.glob("stokes-*"))
@@ -215,15 +214,6 @@ def test_verify_finds_a_bit_of_a_stokes_vector(run_of_all, tmp_path, told):
     assert "stokes-0002.npy: missing" in told("verify", out, code=1).out
     assert command(*RUN, *PATTERN, "--out", out, "-q") == 0  # the run command makes what is missing
     assert (out / "stokes-0002.npy").read_bytes() == (run_of_all / "stokes-0002.npy").read_bytes()
-
-
-def test_shards_write_the_same_files(run_of_all, tmp_path):
-    out, whole = tmp_path / "out", tmp_path / "whole"
-    for k in (2, 1, 3):
-        assert command(*RUN, *PATTERN, "--shard", f"{k}/3", "--out", out, "-q") == 0
-    assert command(*RUN, *PATTERN, "--out", whole, "-q") == 0
-    assert run_bytes(out) == run_bytes(whole)
-    assert run_bytes(whole)["stokes-0001.npy"] == (run_of_all / "stokes-0001.npy").read_bytes()
 
 
 def test_formats_without_stokes_vectors_say_so(run_of_all, tmp_path, told):

@@ -8,7 +8,7 @@ import pytest
 from aomc_sky.cli.main import main
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.plan.plan import Plan
-from tests.support.scenes import manifest_of, run_bytes
+from tests.support.scenes import manifest_of
 
 ERRORS = ("ed_standard_error", "eo_standard_error", "mean_cosine_standard_error", "ed_over_eo_standard_error")
 
@@ -55,22 +55,6 @@ def test_json_and_a_finished_run(amc, tmp_path, told):
     assert again["bands"] == first["bands"]
     assert "standard errors from 3 replicates" in told(*words, 3).out
     told(*words, 4, code=5)
-
-
-@pytest.mark.parametrize("replicates", [3, 50])
-def test_threads_and_resume_change_no_byte(amc, tmp_path, replicates):
-    kept = None
-    words = ("--iterations", 150_001, "--replicates", replicates, "--waveband", 1, "--waveband", 3, "-q")
-    for threads in (1, 3):
-        out = tmp_path / f"out{threads}"
-        assert run(amc, *words, "--threads", threads, "--out", out) == 0
-        files = run_bytes(out)
-        assert kept is None or files == kept
-        kept = files
-    (out / "manifest.json").unlink()
-    (out / "photons-0003.npy").unlink()
-    assert run(amc, *words, "--out", out) == 0
-    assert run_bytes(out) == kept
 
 
 @pytest.mark.parametrize(

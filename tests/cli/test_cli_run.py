@@ -22,7 +22,6 @@ def run(*words):
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """The folder of a run, which lies in that of its scene."""
     amc = copy_scene("document_example", tmp_path_factory.mktemp("scene"))
     words = "--iterations", 100_000, "--format", "npy", "--format", "raw", "-q"
     assert run(amc, *words, "--out", amc.parent / "out") == 0

@@ -1,5 +1,6 @@
 """Standard streams that are closed or full, and Ctrl-C before the work begins."""
 
+import re
 import shlex
 import signal
 import subprocess
@@ -36,13 +37,18 @@ def test_closed_streams_keep_the_exit_code(redirection):
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
 @pytest.mark.parametrize(
     ("words", "is_buffered"),
-    [(["--help"], True), (["--version"], True), (["info", "--include-dir"], True), (["--version"], False)],
-)
-def test_a_full_standard_output_is_reported(words, is_buffered, monkeypatch):
+    [
+        *(([word], True) for word in ("--help", "--version")), (["info", "--include-dir"], True),
+        (["--version"], False), (["run", "amc.inp", "--out", "-", "--format", "raw"], True),
+        (["run", "amc.inp", "--dry-run"], True), (["run", "amc.inp", "--json", "--format", "none"], True),
+    ],
+)  # fmt: skip
+def test_a_full_standard_output_is_reported(words, is_buffered, scene, monkeypatch):
+    monkeypatch.chdir(scene)
     monkeypatch.setenv("PYTHONUNBUFFERED", "" if is_buffered else "1")
     done = in_shell(words, "> /dev/full")
     assert done.returncode == 6
-    assert done.stderr.startswith("aomc-sky: error: standard output: ")
+    assert re.match("aomc-sky: error: .*standard output: ", done.stderr)
     assert done.stderr.count("\n") == 1
 
 

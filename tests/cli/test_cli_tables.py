@@ -59,7 +59,6 @@ def test_numbers_of_a_cell_have_labels():
 
 
 def wide_night(folder):
-    """A scene of ten lobes with long names."""
     amc = copy_scene("night_sky", folder)
     lobes = {
         f"glow of the town number {k}, as far as the other side of the bay": sky.SkyLobe(
@@ -74,7 +73,6 @@ def wide_night(folder):
 
 @pytest.fixture
 def lines(monkeypatch):
-    """All lines that `table` makes."""
     made: list[str] = []
     original = terminal._lines
 

@@ -31,7 +31,6 @@ class Terminal(io.StringIO):
 
     @property
     def is_clear(self):
-        """Whether the line is empty, and the cursor at its begin."""
         *_, last, end = ["", *self.getvalue().split("\r")]
         return last.strip() == end == ""
 
@@ -124,23 +123,18 @@ def commands(tmp_path):
     }
 
 
-@pytest.mark.parametrize("name", ["scene", "run", "table"])
-def test_a_command_that_solves_says_so_and_clears_the_line(name, tmp_path, stream, monkeypatch, capsys):
+@pytest.mark.parametrize("is_quiet", [False, True])
+@pytest.mark.parametrize(("name", "option"), [("scene", "--json"), ("run", "-q"), ("table", "--json")])
+def test_a_command_that_solves_says_so_and_clears_the_line(
+    name, option, is_quiet, tmp_path, stream, monkeypatch, capsys
+):
+    """A quiet command and one for programs say nothing."""
     pytest.importorskip("matplotlib")
     words, text = commands(tmp_path)[name]
-    slowly(monkeypatch, stream, text)
-    assert main(words) == 0
-    assert stream.is_clear
+    slowly(monkeypatch, stream, "" if is_quiet else text)
+    assert main([*words, option] if is_quiet else words) == 0
+    assert stream.getvalue() == "" if is_quiet else stream.is_clear
     assert text not in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(("name", "option"), [("scene", "--json"), ("run", "-q"), ("table", "--json")])
-def test_a_quiet_command_and_one_for_programs_say_nothing(name, option, tmp_path, stream, monkeypatch, capsys):
-    pytest.importorskip("matplotlib")
-    words, _ = commands(tmp_path)[name]
-    slowly(monkeypatch, stream, "")
-    assert main([*words, option]) == 0
-    assert stream.getvalue() == ""
 
 
 def test_python_shows_it_too(monkeypatch, tmp_path):

@@ -10,7 +10,6 @@ NEEDED = {"run": [], "verify": ["out"], "atmosphere": ["a.atmo"], "info": ["a.h5
 
 
 def lists():
-    """Command and option of each list of wavelengths."""
     parsers = next(action for action in build_parser()._actions if action.dest == "command").choices
     return [
         (command, flag)
@@ -72,28 +71,14 @@ def test_a_number_is_a_wavelength_whatever_lies_in_the_folder(tmp_path, monkeypa
 @pytest.mark.parametrize(
     ("form", "text"),
     [
-        ("412,5", "decimals follow a point"),
-        ("412 50", "decimals follow a point"),
-        ("0.443 0.555", "write 443"),
-        ("443 -5", "positive wavelengths"),
-        ("443 5O5", "got '5O5'"),
-        (",", "positive wavelengths"),
-        ("440,,550", "no wavelength stands before a comma"),
-        ("440 , , 550", "no wavelength stands before a comma"),
-        (",440", "no wavelength stands before a comma"),
-        ("440,550,,", "no wavelength stands before a comma"),
-        ("blue", "got 'blue'"),
-        ("", "expected"),
+        ("412,5", "decimals follow a point"), ("412 50", "decimals follow a point"), ("0.443 0.555", "write 443"),
+        ("443 -5", "positive wavelengths"), ("443 5O5", "got '5O5'"), (",", "positive wavelengths"),
+        ("440,,550", "no wavelength stands before a comma"), ("440 , , 550", "no wavelength stands before a comma"),
+        (",440", "no wavelength stands before a comma"), ("440,550,,", "no wavelength stands before a comma"),
+        ("blue", "got 'blue'"), ("", "expected"),
     ],
-)
+)  # fmt: skip
 @pytest.mark.parametrize("command", ["run", "atmosphere"])
 def test_what_is_no_list_of_wavelengths(command, form, text):
     with pytest.raises(WrongWordsError, match=text):
         parsed(command, f"{shlex.join(NEEDED[command])} --wavelengths {form}")
-
-
-def test_a_scene_that_is_not_there_is_what_is_wrong(tmp_path, monkeypatch, told):
-    monkeypatch.chdir(tmp_path)
-    said = told("run", "--sky", "overcast", "--wavelengths", "443", "gray", code=3).err
-    assert "E100" in said
-    assert "lambbot.inp" not in said

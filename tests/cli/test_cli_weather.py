@@ -111,24 +111,6 @@ def run(*words):
     return command("run", "--wavelengths", 443, 555, "--iterations", 20_000, *words)
 
 
-@pytest.mark.parametrize(
-    ("words", "mean_cosine"),
-    [
-        (("--sky", "uniform"), 2 / 3),
-        (("--sky", "overcast"), 5 / 7),
-        (("--sky", "cie", "--sky-option", "type=5", "--sun-zenith", "40"), 2 / 3),
-    ],
-)
-def test_the_sky_alone(tmp_path, words, mean_cosine):
-    assert run(*words, "--out", tmp_path / "grey", "-q") == 0
-    assert command("verify", tmp_path / "grey", "-q") == 0
-    manifest = json.loads((tmp_path / "grey" / "manifest.json").read_text())
-    assert [band["launched"] for band in manifest["bands"]] == [20000, 20000]
-    for band in (1, 2):
-        photons = np.load(tmp_path / "grey" / f"photons-{band:04d}.npy")
-        assert -photons[:, 2].mean(dtype=np.float64) == pytest.approx(mean_cosine, abs=1e-4)
-
-
 HARRISON = ("--sky", "harrison-coombes", "--sun-zenith", "40")
 
 

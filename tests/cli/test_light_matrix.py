@@ -73,17 +73,14 @@ def named(name):
 
 
 def by_options(name, files):
-    """The folder of amc.inp, with options."""
     run(files, files, *SUN, *LIGHT, *named(name))
 
 
 def alone(name, files):
-    """The command line without amc.inp."""
     run(files, *([FILES[name]] if name in FILES else named(name)), *SUN, *LIGHT, "--wavelengths", *NM)
 
 
 def by_toml(name, files):
-    """sky.toml beside amc.inp."""
     if name == "atmosphere":
         for file in ("clear.atmo", "lambbot.inp"):  # its wavelengths, 410 to 680 nm
             shutil.copy(INPUTS / "atmosphere_sky" / file, files)
@@ -99,7 +96,6 @@ def by_toml(name, files):
 
 
 def in_python(name, files):
-    """`weather_scene`."""
     how: dict[str, Any] = {"sky": name, "sky_options": {"type": 12} if name == "cie" else None}
     if name == "function":
         how = {"sky": lambda zenith, azimuth, nm: 1.0 + 0.0 * zenith}

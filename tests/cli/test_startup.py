@@ -38,17 +38,13 @@ def probe(*commands):
 
 
 LIGHT = [
-    (["--help"], 0, "usage: aomc-sky"),
-    (["--version"], 0, "aomc-sky 0."),
-    (["run", "--help"], 0, "--seed"),
-    (["validate", "--help"], 0, "every problem"),
-    (["info", "--help"], 0, "usage: aomc-sky info"),
-    (["perez", "--help"], 0, "examples:"),
-    (["run", "no_such_folder/amc.inp"], 3, "no_such_folder"),
+    (["--help"], 0, "usage: aomc-sky"), (["--version"], 0, "aomc-sky 0."), (["run", "--help"], 0, "--seed"),
+    (["validate", "--help"], 0, "every problem"), (["info", "--help"], 0, "usage: aomc-sky info"),
+    (["perez", "--help"], 0, "examples:"), (["run", "no_such_folder/amc.inp"], 3, "no_such_folder"),
     (["run", str(INPUTS / "document_example"), "--dry-run"], 0, "modelled: "),
     (["info", str(INPUTS / "document_example")], 0, "skydist.inp"),
     (["run", "amc.inp", "--order", "sideways"], 2, "sideways"),
-]
+]  # fmt: skip
 """What needs nothing heavy, help first: it needs no numpy either."""
 
 
@@ -73,7 +69,6 @@ def test_only_the_sub_command_that_was_asked_for_is_built(loaded):
 
 
 def broken(folder, scene, name, *changes):
-    """Copy a scene with changes in one file."""
     shutil.copytree(INPUTS / scene, folder)
     data = (folder / name).read_bytes()
     for old, new in changes:

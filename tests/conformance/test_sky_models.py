@@ -112,13 +112,6 @@ def test_scenes_take_models_as_they_are(model):
     assert given.source(seed=2).plan.sha256 == by_hand.source(seed=2).plan.sha256
 
 
-def test_lowering_a_radiance_agrees_with_the_model_s_own_lowering():
-    model = table(weighting="projected")
-    (own,) = model.lower([450.0])
-    (generic,) = sky.FunctionSky(model.radiance, grid=GRID).lower([450.0])
-    np.testing.assert_allclose(generic.mass[0] / generic.mass[0].sum(), own.mass[0] / own.mass[0].sum(), rtol=1e-13)
-
-
 def by_quadrature(name, k):
     """Lobes with a horizon in them, and air, have kinks: quadrature to 1e-10 takes seconds there, or half a minute."""
     marks = pytest.mark.slow if name == "atmosphere" or (k > 0 and name == "lobes") else ()

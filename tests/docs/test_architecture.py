@@ -49,7 +49,6 @@ def changed(request, tmp_path):
 
 
 def in_copy(copy, *words):
-    """What a command of Python prints that sees the copy alone."""
     command = [sys.executable, "-c", f"import sys; sys.path[:0] = [{str(copy / 'src')!r}, {str(copy)!r}]\n" + words[0]]
     done = subprocess.run([*command, *words[1:]], cwd=copy, text=True, capture_output=True, check=False)
     assert done.returncode == 0, done.stderr + done.stdout

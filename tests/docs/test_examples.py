@@ -30,7 +30,6 @@ def examples(name):
 
 
 def needs(test):
-    """Libraries that an example takes besides those of the package."""
     text = "".join(example.source for example in test.examples)
     return [library for library, words in EXTRA.items() if re.search(words, text)]
 

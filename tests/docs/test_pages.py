@@ -69,6 +69,7 @@ COMMANDS = [
     pytest.param("howto/polarised.md", 3, (), marks=pytest.mark.slow),
     pytest.param("howto/radiance.md", 8, ("xarray",), marks=pytest.mark.slow),
     pytest.param("models/atmosphere.md", 1, (), marks=pytest.mark.slow),
+    pytest.param("plots.md", 3, ("matplotlib", "h5py"), marks=pytest.mark.slow),
 ]
 
 
@@ -91,15 +92,6 @@ def test_page_of_own_skies(tmp_path, skies_site, monkeypatch):
     assert -scene.source().photons(0).uz.mean(dtype=float) == pytest.approx(2 / 3, abs=1e-5)
     with pytest.raises(sky.UsageError, match=r"our-skies 0\.1.*brightening must be 0 or more, got -1"):
         sky.read_scene(day, **chosen, sky_options={"brightening": -1})
-
-
-@pytest.mark.slow
-def test_page_of_pictures(tmp_path):
-    pytest.importorskip("matplotlib")
-    pytest.importorskip("h5py")
-    assert carry_out("plots.md", tmp_path) == 3
-    pictures = {"plot_aop.png", "plot_dop.png", "sky.png", "counts.svg", "even.png", "night.png", "two_bands.pdf"}
-    assert pictures <= {path.name for path in tmp_path.iterdir()}
 
 
 @needs("gcc", "g++", "gfortran", "mpicc", "mpirun")

@@ -70,7 +70,6 @@ def test_page_that_leads_on_says_what_each_of_its_pages_answers(hub):
 
 @pytest.fixture
 def site(tmp_path):
-    """The least of a site that is as it should be."""
     pages = sorted({*check_site.FIRST.values(), "changelog"})
     entries = {word.lower(): [[pages.index(page), "index-0", True]] for word, page in check_site.FIRST.items()}
     index = json.dumps({"docnames": pages, "indexentries": entries})

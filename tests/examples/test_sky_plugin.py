@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import sys
 
-import numpy as np
 import pytest
 
 import aomc_sky as sky
@@ -58,15 +57,6 @@ def test_sky_toml_options_and_python_give_the_same_photons(installed, tmp_path):
     hashes = [one.source(seed=1).plan.sha256 for one in (by_file, by_options, over_file)]
     assert hashes[0] == hashes[1] != hashes[2]
     assert over_file.options["plugin"]["options"] == {"brightening": 3}
-
-
-def test_shares_beside_the_sun_are_those_of_difcol(installed):
-    scene = sky.read_scene(INPUTS / "perez_sky", sky="bright_zenith")
-    perez = sky.read_scene(INPUTS / "perez_sky")
-    beam, diffuse = (c.strength for c in scene.components)
-    perez_strength = perez.components[0].strength[perez.row_of_band]
-    np.testing.assert_array_equal(beam, perez_strength)
-    np.testing.assert_allclose(beam + diffuse, 1.0, rtol=1e-15)
 
 
 @pytest.mark.parametrize("brightening", [0, 1.23])

@@ -11,7 +11,7 @@ import pytest
 
 from tests.support.fault_rows import command, row_id
 from tests.support.limits import MOST_CPU_S
-from tests.support.scenes import copy_scene, run_bytes
+from tests.support.scenes import run_bytes
 
 RUN_FILES = ("plan.npz", "manifest.json", "counts.csv", "photons-0001.npy")
 OPENED: list[str] = []
@@ -26,15 +26,8 @@ def _note(event, arguments):
 sys.addaudithook(_note)
 
 
-@pytest.fixture(scope="module")
-def good(tmp_path_factory):
-    scene = copy_scene("document_example", tmp_path_factory.mktemp("run")).parent
-    assert command("run", scene, "--iterations", 300, "--out", scene / "out", "-q") == 0
-    return scene / "out"
-
-
 @pytest.fixture
-def folder(good, tmp_path):
+def folder(small_run, tmp_path):
     """A copy of a good folder, with a victim at ``../outside/victim``; a command that waits for a pipe fails."""
     (tmp_path / "outside").mkdir()
     (tmp_path / "outside" / "victim").write_text("victim")
@@ -47,7 +40,7 @@ def folder(good, tmp_path):
     signal.alarm(10 * int(MOST_CPU_S))
     OPENED.clear()
     try:
-        yield Path(shutil.copytree(good, tmp_path / "out"))
+        yield Path(shutil.copytree(small_run, tmp_path / "out"))
     finally:
         signal.alarm(0)
         signal.signal(signal.SIGALRM, handler)
@@ -97,12 +90,12 @@ def test_a_manifest_that_names_other_files(name, folder, capsys):
 
 @pytest.mark.parametrize("odd", ["link", "folder", "fifo", "hard link"])
 @pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"odd-{n}")) for n in RUN_FILES])
-def test_what_is_no_file_of_a_run(name, odd, good, folder, capsys):
+def test_what_is_no_file_of_a_run(name, odd, small_run, folder, capsys):
     """A link to a file that has the right bytes is none either."""
     path = folder / name
-    path.unlink()
+    same = path.rename(folder.parent / "same")
     if odd == "link":
-        path.symlink_to("../outside/victim")
+        path.symlink_to(same)
     elif odd == "folder":
         path.mkdir()
     elif odd == "fifo":
@@ -112,28 +105,30 @@ def test_what_is_no_file_of_a_run(name, odd, good, folder, capsys):
         os.link(path, folder.parent / "second name")
     found = codes(folder, capsys)
     assert found["verify"] in (1, 3, 5), found
-    again = command("run", good.parent, "--iterations", 300, "--out", folder, "-q")
+    again = command("run", small_run.parent, "--iterations", 1000, "--out", folder, "-q")
     if name == "plan.npz":
         assert again in (2, 5)
     elif odd == "folder":
         assert again == 6
     else:
         assert again == 0
-        assert run_bytes(folder) == run_bytes(good)
+        assert run_bytes(folder) == run_bytes(small_run)
     if odd == "hard link":
         assert (folder.parent / "second name").read_bytes() == b"of another name"
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"part-{n}")) for n in ("photons-0001.npy.part",)])
-def test_a_shard_writes_through_no_link(name, good, folder, told):
+def test_a_shard_writes_through_no_link(name, small_run, folder, told):
     for path in folder.iterdir():
         if path.name != "plan.npz":
             path.unlink()
     (folder / name).symlink_to("../outside/victim")
-    assert name in told("run", good.parent, "--iterations", 300, "--out", folder, "-q", "--shard", "1/1", code=6).err
+    assert (
+        name in told("run", small_run.parent, "--iterations", 1000, "--out", folder, "-q", "--shard", "1/1", code=6).err
+    )
 
 
 @pytest.mark.parametrize("fault", [pytest.param("link", id=row_id(45, "a-link-to-the-run-folder"))])
-def test_a_run_folder_behind_a_link_is_the_users_own_way(fault, good, tmp_path):
-    (tmp_path / "way").symlink_to(good)
+def test_a_run_folder_behind_a_link_is_the_users_own_way(fault, small_run, tmp_path):
+    (tmp_path / "way").symlink_to(small_run)
     assert command("verify", tmp_path / "way", "-q") == 0

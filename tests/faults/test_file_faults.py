@@ -1,80 +1,29 @@
-"""Rows 27 to 33 of the matrix: amc.inp, lambbot.inp and difcol.inp out of form or range, and what is no file."""
+"""Rows 30 to 33 of the matrix: what lenient takes, what is no file, and lines without an end.
 
-import json
+Files out of form or range are those of tests/data; tests/cli/test_cli_validate.py runs them.
+"""
+
 import os
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from aomc_sky.formats.aomc.amc import read_amc
-from tests.support.fault_rows import AMC, Fault, amc_line, check_refused, faults, row, row_id, run_scene, sky
+from tests.support.fault_rows import row, row_id, run_scene
 from tests.support.processes import limited
-from tests.support.scenes import write_amc
-from tests.support.shared import INPUTS
 
-TWO_BANDS = "2\n555.0 0.05 0.0\n580.0 0.05 0.0\n"
-
-
-def bands(*changed):
-    """Text of lambbot.inp of three wavebands, its first rows replaced."""
-    rows = ["555.0 0.05 0.0", "580.0 0.05 0.0", "640.0 0.05 0.0"]
-    return "\n".join(["3", *changed, *rows[len(changed) :], ""])
-
-
-def in_file(number, name, place, **files):
-    """Files without their ending .inp; the problem stands in the last one."""
-    named = {f"{file}.inp": text for file, text in files.items()}
-    return Fault(row=number, name=name, files=named, places=[f"{list(named)[-1]}:{place}"])
-
-
-MODEL = amc_line(2, "0")
-RANGES = [
-    in_file(31, "count-of-lambbot-differs", "1:1 E201", lambbot=TWO_BANDS),
-    in_file(31, "count-of-difcol-differs", "1:1 E201", amc=MODEL, difcol="2\n0.8 1.0\n0.8 1.0\n"),
-    in_file(32, "reflectance-above-1", "2:7 E202", lambbot=bands("555.0 1.5 0.0")),
-    in_file(32, "reflectance-negative", "2:7 E202", lambbot=bands("555.0 -0.1 0.0")),
-    in_file(32, "reflectance-nan", "2:7 E202", lambbot=bands("555.0 NaN 0.0")),
-    in_file(32, "direct-fraction-above-1", "2:1 E202", amc=MODEL, difcol="3\n1.2 1.0\n0.8 1.0\n0.8 1.0\n"),
-]
-
-
-LINES = AMC.splitlines()
-
-
-def in_amc(number, name, text, place):
-    return Fault(row=number, name=name, files={"amc.inp": text}, places=[f"amc.inp:{place}"])
-
-
-SKY_UTF16 = {"skydist.inp": sky().encode("utf-16")}
-OF_AMC = [
-    in_amc(27, "flag-one-column-right", amc_line(2, "1", column=50), "2:50 E103"),
-    in_amc(28, "real-without-point", amc_line(6, "100"), "6:49 E104"),
-    in_amc(29, "line-missing", "\n".join([*LINES[:6], *LINES[7:], ""]), "7:1 E105"),
-    in_amc(29, "line-too-many", "\n".join([*LINES[:6], "", *LINES[6:], ""]), "7:1 E105"),
-    in_amc(30, "amc-utf-16", AMC.encode("utf-16"), "1:1 E101"),
-    Fault(row=30, name="sky-utf-16", files=SKY_UTF16, places=["skydist.inp:1:1 E101"]),
-    in_amc(30, "nul-bytes", AMC.replace("100.0", "10\0.0"), "6:51 E101"),
-    in_amc(30, "lone-returns", AMC.replace("\n", "\r", 1), f"1:{len(LINES[0]) + 1} E101"),
-]
-
-
-@faults([*OF_AMC, *RANGES])
-def test_fault(fault, tmp_path, capsys):
-    check_refused(fault, tmp_path, capsys)
+BANDS = "3\n555.0 1.5 0.0\n580.0 0.05 0.0\n640.0 0.05 0.0\n"
+"""Of lambbot.inp, whose first reflectance cannot be."""
 
 
 @row(32, "lenient-keeps-the-reflectance", "strict-refuses-it-again")
 def test_a_reflectance_of_the_program(fault, tmp_path, capsys):
     options = ["--lenient", "--iterations", 1000, "-q", *(["--strict"] if fault.startswith("strict") else [])]
-    answer = run_scene(tmp_path, {"lambbot.inp": bands("555.0 1.5 0.0")}, options, capsys)
+    answer = run_scene(tmp_path, {"lambbot.inp": BANDS}, options, capsys)
     assert answer.code == (3 if fault.startswith("strict") else 0)
     assert answer.err.startswith("lambbot.inp:2:7: warning[E202]: ")
 
 
 SCENE_FILES = ("amc.inp", "lambbot.inp", "skydist.inp")
-
-
 NO_FILE = "{}: error[E100]: there is no such file"
 NO_REGULAR_FILE = "{}: error[E100]: this is not a regular file, expected a text file"
 KINDS = {
@@ -124,31 +73,6 @@ def test_a_file_without_permission(fault, scene):
     (scene / "skydist.inp").chmod(0)
     done = limited(scene, "run", "amc.inp")
     assert (done.code, done.err) == (6, "aomc-sky: error: cannot read skydist.inp: Permission denied\n")
-
-
-def older_layout(path):
-    """The same scene in the layout with a line more, which asks for a polar cap."""
-    write_amc(replace(read_amc(INPUTS / "document_example" / "amc.inp"), use_polar_cap=True), path)
-    return path.read_bytes()
-
-
-SAME = {
-    "older-layout-is-read": (29, None),
-    "crlf-is-read": (30, AMC.replace("\n", "\r\n").encode()),
-    "byte-order-mark-is-read": (30, b"\xef\xbb\xbf" + AMC.encode()),
-}
-
-
-@pytest.mark.parametrize("name", SAME, ids=[row_id(number, name) for name, (number, _) in SAME.items()])
-def test_what_is_read_gives_the_same_photons(name, tmp_path, capsys):
-    text = SAME[name][1] or older_layout(tmp_path / "amc.inp")
-    assert len(text.splitlines()) == (31 if name.startswith("older") else 30)
-    files = {"skydist.inp": sky().replace("\n", "\r\n").encode()} if name.startswith("crlf") else {}
-    options = ["--iterations", 1000, "--json"]
-    answer = run_scene(tmp_path / "a", {"amc.inp": text, **files}, options, capsys)
-    plain = run_scene(tmp_path / "b", {}, options, capsys)
-    assert (answer.code, answer.err) == (plain.code, plain.err) == (0, "")
-    assert json.loads(answer.out)["plan_sha256"] == json.loads(plain.out)["plan_sha256"]
 
 
 @pytest.mark.parametrize(

@@ -106,29 +106,6 @@ def test_a_disk_that_is_full(fault, amc, tmp_path):
     assert len(made) == 3
 
 
-FULL = {
-    "pipe": ["--out", "-", "--format", "raw"],
-    "dry-run": ["--dry-run"],
-    "json": ["--json", "--format", "none"],
-}
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
-@pytest.mark.parametrize("words", FULL.values(), ids=[row_id(41, f"full-standard-output-{name}") for name in FULL])
-def test_a_full_standard_output_is_exit_6(amc, tmp_path, words):
-    # what Python keeps back is refused at its end only, when no program hears of it any more
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
-    command_line = [sys.executable, "-m", "aomc_sky", "run", str(amc), *words]
-    with open("/dev/full", "wb") as full:
-        done = subprocess.run(
-            command_line, env=environment, stdout=full, stderr=subprocess.PIPE, timeout=60, check=False
-        )
-    assert done.returncode == 6
-    assert b"error" in done.stderr
-    assert b"Traceback" not in done.stderr
-    assert b"Exception ignored" not in done.stderr
-
-
 @row(41, "reader-goes-away")
 def test_a_reader_that_goes_away_is_exit_6(fault, amc):
     process = start("run", amc, "--iterations", "1e6", "--format", "raw", "--out", "-")
@@ -139,29 +116,6 @@ def test_a_reader_that_goes_away_is_exit_6(fault, amc):
     assert process.wait(60) == 6
     assert b"ended before the last photon" in err
     assert b"Traceback" not in err
-
-
-@row(41, "file-in-the-place-of-the-folder")
-def test_a_file_in_the_place_of_the_folder(fault, amc, tmp_path, told):
-    (tmp_path / "out").write_text("mine")
-    assert "cannot create the folder" in told("run", amc, "--out", tmp_path / "out", "-q", code=6).err
-    assert (tmp_path / "out").read_text() == "mine"
-
-
-@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder that nobody may write to")
-@row(41, "target-that-refuses")
-def test_a_target_that_refuses(fault, amc, told):
-    """/proc refuses new names to everybody, root included."""
-    assert "/proc/self/aomc-sky-out" in told("run", amc, "--out", "/proc/self/aomc-sky-out", "-q", code=6).err
-
-
-@pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may write everywhere")
-@row(41, "read-only-target")
-def test_a_read_only_folder(fault, amc, tmp_path):
-    out = tmp_path / "out"
-    out.mkdir(mode=0o555)
-    assert main(["run", str(amc), "--out", str(out), "-q"]) == 6
-    assert not list(out.iterdir())
 
 
 @row(41, "folder-vanishes")

@@ -81,17 +81,6 @@ def test_refusals(fault, foreign, capsys):
     assert "--angle-unit" not in said or "units" in REFUSED[name][2]
 
 
-@row(53, "stokes")
-def test_stokes_vectors(fault, foreign, capsys):
-    """All of a field of I, Q, U and V is read, or said not to be; the radiance is that of I alone."""
-    code, polarised, _ = foreign("stokes.nc")
-    assert code == 0
-    assert "photons carry q and u of Q and U of the field; V is not read" in capsys.readouterr().out
-    alone = foreign("stokes.nc", "--isel", "stokes=0")[1]
-    assert "photons carry" not in capsys.readouterr().out
-    assert polarised["mean_cosine_exact"] == alone["mean_cosine_exact"]
-
-
 @row(53, "own-rings")
 def test_rings_of_our_own_export(fault, foreign):
     assert foreign("own_irreg.nc")[1]["mean_cosine_exact"] == pytest.approx(0.736201, abs=1e-6)

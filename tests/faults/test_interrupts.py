@@ -67,7 +67,6 @@ def test_the_second_call_works(moment, name):
 
 
 def one_call(moment, name):
-    """What the second call says after the first one was interrupted."""
     words = [sys.executable, "-c", FIRST_CALL, str(moment), name]
     done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr

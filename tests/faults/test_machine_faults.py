@@ -1,4 +1,7 @@
-"""Row 44 of the matrix: bad caches, other processors, no compiler, any number of threads, batches of any size."""
+"""Row 44 of the matrix: bad caches, other processors, no compiler, any number of threads.
+
+Batches of any size are in tests/emission/test_photon_source.py.
+"""
 
 import hashlib
 import shutil
@@ -8,7 +11,7 @@ import numba
 import pytest
 
 import aomc_sky as sky
-from tests.support.fault_rows import command, row, row_id
+from tests.support.fault_rows import command, row
 from tests.support.processes import in_environment, with_numba
 from tests.support.scenes import run_bytes
 from tests.support.shared import INPUTS
@@ -31,25 +34,11 @@ print(digest.hexdigest())
 
 @pytest.fixture(scope="module")
 def photons():
-    """Hash of the photons that this process makes."""
-    return digest_in_batches(65_536)
-
-
-def digest_in_batches(size):
     source = sky.read_scene(SCENE, iterations=N).source(5)
     digest = hashlib.sha256()
     for band in range(source.n_bands):
-        for batch in source.batches(band, size):
-            digest.update(batch.directions.tobytes())
+        digest.update(source.photons(band).directions.tobytes())
     return digest.hexdigest()
-
-
-SIZES = (1, 2, 7, 1000, 10**7)
-
-
-@pytest.mark.parametrize("size", SIZES, ids=[row_id(44, f"batches-of-{size}") for size in SIZES])
-def test_batches(size, photons):
-    assert digest_in_batches(size) == photons
 
 
 @row(44, "as-it-is", "jit-disabled")
@@ -60,7 +49,6 @@ def test_environments(fault, photons):
 
 @row(44, "threads-1-to-64")
 def test_threads(fault, amc, tmp_path):
-    """Every byte of the folder."""
     found = []
     for threads in (1, 2, 3, 64):
         out = tmp_path / str(threads)
@@ -140,7 +128,6 @@ DAMAGES = {
 
 @pytest.fixture(scope="module")
 def good_cache(tmp_path_factory):
-    """A cache with one small kernel in it."""
     cache = tmp_path_factory.mktemp("kernels")
     assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
     return cache

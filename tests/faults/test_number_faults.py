@@ -5,12 +5,7 @@ import json
 import pytest
 
 from tests.support.fault_rows import (
-    Fault,
-    amc_line,
-    check_refused,
-    faults,
     photons_of_band,
-    row,
     row_id,
     run_scene,
     sky,
@@ -27,7 +22,9 @@ EXTREMES = {
     "subnormals-everywhere": (23, ("5e-324",) * 4, 4000, (1000,) * 4),
     "subnormals-that-differ": (23, ("5e-324", "1e-323", "1.5e-323", "2e-323"), 10_000, (1000, 2000, 3000, 4000)),
 }
-METHODS = ("systematic", "largest-remainder")
+WAYS = ("--allocation systematic", "--allocation largest-remainder")
+WAYS += ("--allocation largest-remainder --weighting projected",)
+"""All four patches have the projected solid angle pi / 4: no multiple of 5e-324 has such a share of itself."""
 
 
 def at_one_wavelength(rows, n_zenith, n_azimuth):
@@ -47,25 +44,15 @@ def even_sky(n_zenith, n_azimuth):
     return at_one_wavelength(rows, n_zenith, n_azimuth)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("name", EXTREMES, ids=[row_id(case[0], name) for name, case in EXTREMES.items()])
-def test_radiances_at_the_ends(name, method, tmp_path, capsys):
+def test_radiances_at_the_ends(name, way, tmp_path, capsys):
     _, values, n, counts = EXTREMES[name]
-    options = ["--iterations", n, "--allocation", method, "--format", "none", "-q"]
+    options = ["--iterations", n, *way.split(), "--format", "none", "-q"]
     answer = run_scene(tmp_path, one_sky(values), options, capsys)
     assert (answer.code, answer.err) == (0, "")
     for band in (1, 2, 3):
         assert photons_of_band(answer.folder, band) == dict(zip(CELLS, counts, strict=True))
-
-
-@row(23, "subnormals-times-solid-angles")
-def test_subnormal_radiances(fault, tmp_path, capsys):
-    """All four patches have the projected solid angle pi / 4: no multiple of 5e-324 has such a share of itself."""
-    _, values, n, counts = EXTREMES["subnormals-that-differ"]
-    options = ["--iterations", n, "--weighting", "projected", "--allocation", METHODS[1], "--format", "none", "-q"]
-    answer = run_scene(tmp_path, one_sky(values), options, capsys)
-    assert (answer.code, answer.err) == (0, "")
-    assert photons_of_band(answer.folder, 1) == dict(zip(CELLS, counts, strict=True))
 
 
 @pytest.mark.parametrize("n", [1, 7], ids=["row-24-1-photon-32400-patches", "row-24-7-photons-32400-patches"])
@@ -103,34 +90,3 @@ def test_many_photons_are_exact(n, tmp_path, capsys):
     assert answer.code == 0
     assert [band["launched"] for band in json.loads(answer.out)["bands"]] == [n] * 3
     assert photons_of_band(answer.folder, 3) == dict.fromkeys(CELLS, n // 4)
-
-
-@pytest.mark.parametrize("n", LARGE.values(), ids=[row_id(25, f"thirds-of-{name}") for name in LARGE])
-def test_many_photons_in_thirds(n, tmp_path, capsys):
-    answer = run_scene(tmp_path, even_sky(1, 3), ["--iterations", n, "--format", "none", "-q"], capsys)
-    counts = photons_of_band(answer.folder, 1).values()
-    assert sum(counts) == n
-    # each patch is within one unit of 2^-62 of its share, and within one photon of what these units give
-    assert all(abs(3 * count - n) <= 6 for count in counts)
-
-
-TOO_MANY = [
-    Fault(
-        row=25,
-        name=f"refused-{name}",
-        files={},
-        code=4,
-        options=("--iterations", str(n), "--format", "none"),
-        words=f"iterations must be a whole number from 1 to 2^62, got {n}",
-    )
-    for name, n in {"2-to-the-63-less-1": 2**63 - 1, "2-to-the-62-plus-1": 2**62 + 1}.items()
-]
-NONE, FEWER_THAN_NONE = (
-    Fault(row=26, name=name, files={"amc.inp": amc_line(1, value)}, places=["amc.inp:1:49 E102"])
-    for name, value in (("no-photons", "0"), ("photons-below-zero", "-5"))
-)
-
-
-@faults([*TOO_MANY, NONE, FEWER_THAN_NONE])
-def test_fault(fault, tmp_path, capsys):
-    check_refused(fault, tmp_path, capsys)

@@ -1,6 +1,5 @@
 """Row 48 of the matrix: outputs named so that they would mix with, or replace, what is not ours."""
 
-import os
 import shutil
 from importlib.util import find_spec
 from pathlib import Path
@@ -8,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.outputs.run_folder import check_target, is_ours
-from tests.support.fault_rows import command, row, row_id
+from tests.support.fault_rows import command, row
 from tests.support.shared import INPUTS
 
 needs_matplotlib = pytest.mark.skipif(find_spec("matplotlib") is None, reason="draws pictures")
@@ -39,25 +38,6 @@ def test_the_folder_of_the_scene_is_no_run_folder(fault, force, scene, monkeypat
     monkeypatch.chdir(where)
     assert "aomc-sky-out" in told("run", scene, "--iterations", 100, "-q", "--out", out, *force, code=2).err
     assert files_of(scene) == before
-
-
-EMPTY = {
-    "export": ("export", "x", "--to", "csv", "--out", ""),
-    "plot": ("plot", INPUTS / "clear_day", "--out", ""),
-    "write-skydist": (*PEREZ, "--write-skydist", ""),
-    "picture": (*PEREZ, "--plot", ""),
-    "atmosphere": ("atmosphere", INPUTS / "atmosphere" / "hazy.atmo", "--out-dir", ""),
-}
-
-
-@pytest.mark.parametrize("words", EMPTY.values(), ids=[row_id(48, f"empty-{name}") for name in EMPTY])
-def test_an_empty_name_is_refused(words, tmp_path, monkeypatch, told):
-    monkeypatch.chdir(tmp_path)
-    extra = {"plot": "matplotlib"}.get(str(words[0]))
-    if extra and find_spec(extra) is None:
-        pytest.skip(f"needs {extra}")
-    assert "empty" in told(*words, code=2).err
-    assert list(tmp_path.iterdir()) == []
 
 
 FOREIGN = ("counts.csv", "photons-0001.npy", "manifest.json", "weights-0002.npy", "plan.npz", "counts.npz")
@@ -142,26 +122,6 @@ def test_a_file_of_others_is_replaced_by_force_alone(fault, tmp_path, monkeypatc
     first = target.read_bytes()
     assert command(*words) == 0
     assert target.read_bytes() == first
-
-
-INPUT_FILES = ("amc.inp", "lambbot.inp", "difcol.inp", "sky.toml")
-
-
-@row(48, *(f"input-{name}" for name in INPUT_FILES))
-def test_inputs_are_never_replaced(fault, tmp_path, told):
-    target = tmp_path / fault.removeprefix("input-")
-    target.write_text("mine")
-    assert "never replaced" in told(*PEREZ, "--write-skydist", target, "--force", code=2).err
-    assert target.read_text() == "mine"
-
-
-@row(48, "device", "pipe")
-def test_a_device_or_a_pipe_is_no_target(fault, tmp_path, told):
-    """A file written as a whole takes the name: root would lose /dev/null."""
-    target = Path("/dev/null") if fault == "device" else tmp_path / "pipe"
-    if fault == "pipe":
-        os.mkfifo(target)
-    assert "device or a pipe" in told(*PEREZ, "--write-skydist", target, "--force", code=2).err
 
 
 @row(48, "the-file-that-is-read")

@@ -20,7 +20,6 @@ from aomc_sky.errors import AomcSkyError, InputFileError
 from aomc_sky.plan.plan import Plan, from_members
 from tests.support.damaged_plans import DAMAGED_FILES, KINDS, damages, plan_of
 from tests.support.fault_rows import command, row, row_id
-from tests.support.scenes import copy_scene
 from tests.support.shared import REPOSITORY
 
 N_RANDOM = 300
@@ -85,14 +84,6 @@ def refused(name, codes, load, *given):
     return [f"{name}: {load.__name__} took it"]
 
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory):
-    """A small finished run."""
-    scene = copy_scene("document_example", tmp_path_factory.mktemp("scene")).parent
-    assert command("run", scene, "--iterations", 500, "--out", scene / "good", "-q") == 0
-    return scene / "good"
-
-
 def by_every_way(run, folder, name, codes, commands=COMMANDS):
     """Answers to the plan of a run by Plan.load and commands that read one."""
     words = {
@@ -118,10 +109,10 @@ def test_a_second_perez_sky_is_refused():
 
 
 @row(46, "a-byte-of-any-member")
-def test_a_changed_member_does_not_fit_the_hash(fault, run, tmp_path):
+def test_a_changed_member_does_not_fit_the_hash(fault, small_run, tmp_path):
     """Every member of the file, changed in its last byte, and the hash as it was."""
-    copy = shutil.copytree(run, tmp_path / "run")
-    with zipfile.ZipFile(run / "plan.npz") as stored:
+    copy = shutil.copytree(small_run, tmp_path / "run")
+    with zipfile.ZipFile(small_run / "plan.npz") as stored:
         members = {name: stored.read(name) for name in stored.namelist()}
     for changed in [name for name, data in members.items() if len(data) > 128]:  # an empty array has no byte to change
         with zipfile.ZipFile(copy / "plan.npz", "w") as file:
@@ -131,12 +122,12 @@ def test_a_changed_member_does_not_fit_the_hash(fault, run, tmp_path):
 
 
 @row(46, "damaged-plans")
-def test_every_command_refuses_a_damaged_plan(fault, run, tmp_path):
+def test_every_command_refuses_a_damaged_plan(fault, small_run, tmp_path):
     """Members and Plan.load every plan, and each command a third of them.
 
     The code and the member are those of the table; what the damage of one does to another may be named instead.
     """
-    copy = shutil.copytree(run, tmp_path / "run")
+    copy = shutil.copytree(small_run, tmp_path / "run")
 
     def work():
         wrong = []
@@ -156,7 +147,7 @@ def test_every_command_refuses_a_damaged_plan(fault, run, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def wrong_answers(run, tmp_path_factory):
+def wrong_answers(small_run, tmp_path_factory):
     """What is wrong with answers to files that are no plans, one after another in one child."""
     codes = ("E951", "E955", "E961", "E100")  # or the folder says it; and no file at all is no run
 
@@ -164,7 +155,7 @@ def wrong_answers(run, tmp_path_factory):
         wrong = []
         for name, write in DAMAGED_FILES.items():
             place = tmp_path_factory.mktemp("no-plan")
-            copy = shutil.copytree(run, place / "run", copy_function=os.link)  # nothing but the plan is written
+            copy = shutil.copytree(small_run, place / "run", copy_function=os.link)  # nothing but the plan is written
             (copy / "plan.npz").unlink()
             write(copy / "plan.npz")
             wrong += by_every_way(copy, place, name, codes)

@@ -1,7 +1,6 @@
 """Row 51 of the matrix: dates beyond the calendar, little memory, a low recursion limit: one sentence each."""
 
 import os
-import platform
 import resource
 import subprocess
 import sys
@@ -11,7 +10,6 @@ import pytest
 from aomc_sky.cli import main as cli
 from tests.support.fault_rows import row, row_id
 from tests.support.scenes import copy_scene
-from tests.support.shared import INPUTS
 
 DATES = ("0001-01-01T00:00:00+14:00", "9999-12-31T23:59:59-12:00")
 MB = 1 << 20
@@ -135,23 +133,3 @@ def test_other_errors_are_bugs_and_keep_their_traceback(error, scene, monkeypatc
     fail_with(error, monkeypatch)
     with pytest.raises(type(error)):
         cli.main(["run", str(scene), "-q"])
-
-
-HOST = """
-import ctypes, sys
-assert ctypes.CDLL(None).fesetround(int(sys.argv[1])) == 0
-import aomc_sky as sky
-try:
-    sky.read_scene(sys.argv[2], iterations=3000)
-except sky.AomcSkyError as error:
-    print(error, error.exit_code)
-"""
-
-
-@pytest.mark.skipif(platform.machine() != "x86_64", reason="the number of fenv.h is that of this processor")
-@row(51, "host-that-rounds-towards-zero")
-def test_a_host_that_rounds_another_way(fault):
-    """All modes are in tests/ground/test_float_mode.py."""
-    to_nearest, to_zero = (ended(HOST, mode, INPUTS / "perez_sky" / "amc.inp") for mode in (0, 3072))
-    assert (to_nearest.returncode, to_nearest.stdout, to_zero.returncode) == (0, "", 0)
-    assert to_zero.stdout == "this thread does not round to nearest; call fesetround(FE_TONEAREST) before aomc-sky 6\n"

@@ -3,116 +3,39 @@
 import numpy as np
 import pytest
 
-import aomc_sky
-from tests.support.fault_rows import (
-    ROWS,
-    Fault,
-    check_places,
-    check_refused,
-    faults,
-    launched,
-    photons_of_band,
-    row,
-    row_id,
-    run_scene,
-    sky,
-)
+from tests.support.fault_rows import ROWS, check_places, launched, photons_of_band, row, row_id, run_scene, sky
 
 FIRST, SECOND = {(1, 0): 1050, (1, 1): 1200, (2, 1): 2000}, {(1, 0): 1056, (1, 1): 1224, (2, 1): 1970}
 """Photons of the two skies of the scene, of 4250."""
 DARK = sky(rows=[*ROWS[:3], "2 1 0 0.0", "2 1 1 0.0", "2 2 1 0.0"])
 
 
-def in_row(number, name, line, column, code):
-    """A fault of line 5, the third row of the scene."""
-    return Fault(row=number, name=name, files={"skydist.inp": sky(line)}, places=[f"skydist.inp:5:{column} {code}"])
-
-
-def in_head(number, name, head, *places):
-    """A fault of line 1; places are columns with their codes."""
-    at = [f"skydist.inp:1:{place}" for place in places]
-    return Fault(row=number, name=name, files={"skydist.inp": sky(head=head)}, places=at)
-
-
-ROWS_WRONG = [
-    in_row(1, "zenith-index-0", "1 0 1 20.0", 3, "E301"),
-    in_row(1, "zenith-index-0-onto-a-free-patch", "1 0 2 20.0", 3, "E301"),
-    in_row(2, "zenith-index-above-sky-zenith", "1 3 1 20.0", 3, "E301"),
-    in_row(2, "zenith-index-above-onto-a-free-patch", "1 3 2 20.0", 3, "E301"),
-    in_row(3, "azimuth-index-100000", "1 2 100000 20.0", 5, "E301"),
-    in_row(3, "azimuth-index-negative", "1 2 -1 20.0", 5, "E301"),
-    in_row(4, "wavelength-index-above-numskywave", "3 2 1 20.0", 1, "E301"),
-    in_row(4, "wavelength-index-0-onto-a-free-patch", "0 2 2 20.0", 1, "E301"),
-    in_row(5, "nan-radiance", "1 2 1 NaN", 7, "E302"),
-    in_row(6, "infinite-radiance", "1 2 1 Inf", 7, "E302"),
-    in_row(6, "radiance-beyond-float64", "1 2 1 1e999", 7, "E302"),
-    in_row(7, "negative-radiance", "1 2 1 -20.0", 7, "E302"),
-    in_row(15, "short-row", "1 2 1", 6, "E305"),
-    in_row(16, "text-in-a-row", "1 2 1 bright", 7, "E305"),
-    in_row(16, "text-as-an-index", "1 two 1 20.0", 3, "E305"),
-    in_row(17, "slash-leaves-a-value-unset", "1 2 1 /", 6, "E306"),
-    in_row(17, "null-between-commas", "1,2,,20.0", 5, "E306"),
-    in_row(18, "decimal-comma", "1 2 1 24,4", 7, "E306"),
-]
-HEADS_WRONG = [
-    in_head(9, "fewer-rows-than-declared", "7 2 2 2", "1 E303"),
-    in_head(10, "more-rows-than-declared", "5 2 2 2", "1 E303"),
-    in_head(11, "header-1e9-by-1e9", "6 1000000000 1000000000 2", "3 E304"),
-    in_head(12, "header-1e18-rows", "1000000000000000000 2 2 2", "1 E304"),
-    in_head(12, "header-1e18-wavelengths", "6 2 2 1000000000000000000", "7 E304", "3 E304"),
-    in_head(13, "negative-zenith", "6 -2 2 2", "3 E304"),
-    in_head(13, "negative-rows", "-6 2 2 2", "1 E304"),
-]
-DIFFERENT = sky(rows=[ROWS[0], "1 1 0 12.0", *ROWS[2:]])
-DIFFER = Fault(row=14, name="values-differ", files={"skydist.inp": DIFFERENT}, places=["skydist.inp:4:1 E309"])
-DARK_BAND = Fault(
-    row=8,
-    name="all-zero-band",
-    files={"skydist.inp": DARK},
-    code=4,
-    words="waveband 3 at 640 nm has no light",
-    options=("--iterations", "1000"),
-)
-
-
 BELOW = sky("1 95 1 20.0", head="6 100 2 2")
-FAR_AROUND = sky("1 2 400 20.0", head="6 2 400 2")
+REFUSED = {
+    # name: (row, skydist.inp, options, line, column and code)
+    "zenith-index-0-onto-a-free-patch": (1, sky("1 0 2 20.0"), (), "5:3 E301"),
+    "wavelength-index-0-onto-a-free-patch": (4, sky("0 2 2 20.0"), (), "5:1 E301"),
+    "radiance-beyond-float64": (6, sky("1 2 1 1e999"), (), "5:7 E302"),
+    "zenith-95-degrees": (19, BELOW, ("--bins", "degrees"), "5:1 E307"),
+    "zenith-95-degrees-of-the-program": (19, BELOW, ("--compat", "aomc"), "5:1 E307"),
+    "azimuth-400-degrees": (19, sky("1 2 400 20.0", head="6 2 400 2"), ("--bins", "degrees"), "5:1 E307"),
+}
+"""The faults of tests/data/skydist/bad are in tests/cli/test_cli_validate.py."""
 
 
-def in_sky(number, name, text, place, *options):
-    places = [f"skydist.inp:{place}"]
-    return Fault(row=number, name=name, files={"skydist.inp": text}, options=options, places=places)
+@pytest.mark.parametrize("name", REFUSED, ids=[row_id(case[0], name) for name, case in REFUSED.items()])
+def test_fault(name, tmp_path, capsys):
+    _, text, options, place = REFUSED[name]
+    answer = run_scene(tmp_path, {"skydist.inp": text}, options, capsys)
+    check_places([f"skydist.inp:{place}"], answer.err)
+    assert (answer.code, answer.out, answer.folder.exists()) == (3, "", False)
 
 
-READING = [
-    in_sky(19, "zenith-95-degrees", BELOW, "5:1 E307", "--bins", "degrees"),
-    in_sky(19, "zenith-95-degrees-of-the-program", BELOW, "5:1 E307", "--compat", "aomc"),
-    in_sky(19, "azimuth-400-degrees", FAR_AROUND, "5:1 E307", "--bins", "degrees"),
-    in_sky(20, "wavelength-twice", sky(waves="550.0 550.0"), "2:7 E308"),
-]
-
-
-@faults([*ROWS_WRONG, *HEADS_WRONG, *READING, DIFFER, DARK_BAND])
-def test_fault(fault, tmp_path, capsys):
-    check_refused(fault, tmp_path, capsys)
-
-
-@row(8, "all-zero-band-read-in-python")
-def test_a_dark_band_is_refused_by_the_reader(fault, amc):
-    """Before anything is made of the scene."""
-    amc.with_name("skydist.inp").write_text(DARK)
-    with pytest.raises(aomc_sky.SceneError, match="waveband 3 at 640 nm has no light"):
-        aomc_sky.read_scene(amc)
-
-
-@row(8, "all-zero-band-of-a-scene-in-python")
-def test_a_dark_band_of_a_scene(fault):
-    """A scene that nobody read: settling its photons has to look at the bands."""
-    values = np.repeat([[1.0], [0.0]], 6, axis=1)
-    dark = aomc_sky.TabulatedSky(wavelength_nm=[550.0, 650.0], values=values, grid=aomc_sky.PatchGrid.regular(2, 3))
-    scene = aomc_sky.Scene(wavebands=[555.0, 640.0], n_photons=1000, components=dark)
-    with pytest.raises(aomc_sky.SceneError, match="waveband 2 at 640 nm has no light"):
-        scene.source(1)
+@row(8, "all-zero-band")
+def test_a_dark_band(fault, tmp_path, capsys):
+    answer = run_scene(tmp_path, {"skydist.inp": DARK}, ["--iterations", "1000"], capsys)
+    assert (answer.code, answer.out, answer.folder.exists()) == (4, "", False)
+    assert answer.err.startswith("aomc-sky: error: waveband 3 at 640 nm has no light")
 
 
 @row(8, "compat-warns-and-launches-none")
@@ -125,22 +48,22 @@ def test_a_dark_band_of_the_program(fault, tmp_path, capsys):
     assert np.load(answer.folder / "photons-0003.npy").shape == (0, 3)
 
 
-LENIENT = [
-    Fault(row=10, name="lenient-warns", files={"skydist.inp": sky(head="5 2 2 2")}, places=["skydist.inp:1:1 E303"]),
-    Fault(row=14, name="lenient-last-one-wins", files={"skydist.inp": DIFFERENT}, places=DIFFER.places),
-]
+DIFFERENT = sky(rows=[ROWS[0], "1 1 0 12.0", *ROWS[2:]])
+LENIENT = {
+    # name: (row, skydist.inp, place of the warning, a waveband and its photons)
+    "lenient-warns": (10, sky(head="5 2 2 2"), "1:1 E303", 3, {(1, 0): 2624, (1, 1): 3040}),
+    "lenient-last-one-wins": (14, DIFFERENT, "4:1 E309", 1, {(1, 0): 2124, (2, 1): 3540}),
+}
 
 
-@faults(LENIENT)
-def test_lenient(fault, tmp_path, capsys):
+@pytest.mark.parametrize("name", LENIENT, ids=[row_id(case[0], name) for name, case in LENIENT.items()])
+def test_lenient(name, tmp_path, capsys):
     """What the program takes in silence is taken with a warning: five rows of six, the second of two values."""
-    answer = run_scene(tmp_path, fault.files, ["--lenient", "--iterations", 3200, "-q"], capsys)
+    _, text, place, band, photons = LENIENT[name]
+    answer = run_scene(tmp_path, {"skydist.inp": text}, ["--lenient", "--iterations", 5664, "-q"], capsys)
     assert answer.code == 0
-    check_places(fault.places, answer.err, "warning")
-    if fault.row == 10:
-        assert photons_of_band(answer.folder, 3).keys() == {(1, 0), (1, 1)}
-    else:
-        assert photons_of_band(answer.folder, 1) == {(1, 0): 1200, (2, 1): 2000}
+    check_places([f"skydist.inp:{place}"], answer.err, "warning")
+    assert photons_of_band(answer.folder, band) == photons
 
 
 TAKEN = {

@@ -11,7 +11,7 @@ import pytest
 
 from aomc_sky.cli.main import main
 from aomc_sky.outputs.run_folder import LOCK, RunFolder
-from tests.support.fault_rows import row
+from tests.support.fault_rows import row, row_id
 from tests.support.forked_commands import SERVER
 from tests.support.processes import end_by, stopped
 from tests.support.scenes import copy_scene
@@ -162,13 +162,10 @@ def judge_pairs(scene, folder, n):
         yield judge_pair(scene, folder / str(k), *(["--force"] if k % 2 else []), meets=k % 4 < 2)
 
 
-@row(47, "two-seeds-at-once")
-def test_two_seeds_started_at_once(fault, scene, tmp_path):
-    assert len(list(judge_pairs(scene, tmp_path, 4))) == 4
-
-
-@pytest.mark.slow
-def test_many_pairs_started_at_once(scene, tmp_path):
-    codes = list(judge_pairs(scene, tmp_path, SLOW_PAIRS))
+@pytest.mark.parametrize(
+    "n", [pytest.param(4, id=row_id(47, "two-seeds-at-once")), pytest.param(SLOW_PAIRS, marks=pytest.mark.slow)]
+)
+def test_two_seeds_started_at_once(n, scene, tmp_path):
+    codes = list(judge_pairs(scene, tmp_path, n))
     met = sum(6 in pair for pair in codes)
     print(f"{len(codes)} pairs: {met} met; {sum(pair == (0, 0) for pair in codes)} came one after the other by --force")

@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import signal
 import subprocess
 import sys
 
@@ -12,7 +11,6 @@ import aomc_sky as sky
 from aomc_sky import system
 from aomc_sky.system import appearing, prepare_target
 from tests.support.fault_rows import command, row
-from tests.support.scenes import copy_scene
 from tests.support.unfinished import UNFINISHED
 
 WRITER = """
@@ -26,13 +24,6 @@ with appearing(Path(sys.argv[1])) as file:
     print("under way", flush=True)
     time.sleep(100)
 """
-
-
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory):
-    amc = copy_scene("document_example", tmp_path_factory.mktemp("scene"))
-    assert command("run", amc, "--iterations", "1000", "-q", "--out", amc.parent / "run") == 0
-    return amc.parent / "run"
 
 
 @contextlib.contextmanager
@@ -52,7 +43,7 @@ def unfinished(folder):
 
 
 @row(54, "export-mcpl", "export-netcdf", "write_mcpl")
-def test_what_a_killed_writer_left_goes_with_the_next_call(fault, finished, tmp_path):
+def test_what_a_killed_writer_left_goes_with_the_next_call(fault, small_run, tmp_path):
     """And what another process still writes stays, as do files of other names."""
     name = "photons.mcpl" if "mcpl" in fault else "sky.nc"
     if name == "sky.nc":
@@ -65,7 +56,7 @@ def test_what_a_killed_writer_left_goes_with_the_next_call(fault, finished, tmp_
         assert len(unfinished(tmp_path)) == 3
         if fault.startswith("export"):
             to = "mcpl" if "mcpl" in fault else "netcdf"
-            assert command("export", finished, "--to", to, "--out", target, "-q") == 0
+            assert command("export", small_run, "--to", to, "--out", target, "-q") == 0
         else:
             source = sky.Scene(wavebands=[550.0], n_photons=100, components="uniform").source()
             sky.write_mcpl(source, target)
@@ -73,27 +64,6 @@ def test_what_a_killed_writer_left_goes_with_the_next_call(fault, finished, tmp_
         assert len(left) == 2
         assert [sum(name in one for one in left) for name in (target.name, "other.mcpl")] == [1, 1]
         assert target.stat().st_size > 1000
-
-
-@row(54, "killed-while-it-writes")
-def test_an_export_that_is_killed(fault, finished, tmp_path):
-    """The real command, killed when its file is there: nothing under the final name, and the next one cleans up."""
-    target = tmp_path / "photons.mcpl"
-    big = finished.parent / "big"
-    assert command("run", finished.parent / "amc.inp", "--iterations", "3e6", "-q", "--out", big) == 0
-    words = [sys.executable, "-m", "aomc_sky", "export", str(big), "--to", "mcpl", "--out", str(target), "-q"]
-    for _ in range(20):
-        process = subprocess.Popen(words)
-        while process.poll() is None and not unfinished(tmp_path):
-            pass
-        process.send_signal(signal.SIGKILL)
-        if process.wait() == -signal.SIGKILL and unfinished(tmp_path):
-            break
-        target.unlink(missing_ok=True)
-    assert not target.exists()
-    assert len(unfinished(tmp_path)) == 1
-    assert command(*words[3:]) == 0
-    assert [path.name for path in tmp_path.iterdir()] == ["photons.mcpl"]
 
 
 @row(54, "taken-for-a-leftover")
@@ -132,7 +102,7 @@ def test_a_file_appears_whole_or_not_at_all(fault, tmp_path):
 
 
 @row(54, "pipe", "link", "link-to-nothing")
-def test_an_export_replaces_no_pipe_and_no_link(fault, finished, tmp_path, capsys):
+def test_an_export_replaces_no_pipe_and_no_link(fault, small_run, tmp_path, capsys):
     target = tmp_path / "photons.mcpl"
     if fault == "pipe":
         os.mkfifo(target)
@@ -141,7 +111,7 @@ def test_an_export_replaces_no_pipe_and_no_link(fault, finished, tmp_path, capsy
     if fault == "link":
         (tmp_path / "victim").write_text("of another program")
     before = os.lstat(target)[:7]  # what follows are times; to read a link changes one
-    assert command("export", finished, "--to", "mcpl", "--out", target, "-q") == (5 if fault == "link" else 2)
+    assert command("export", small_run, "--to", "mcpl", "--out", target, "-q") == (5 if fault == "link" else 2)
     assert f"{target} is a " in capsys.readouterr().err
     assert os.lstat(target)[:7] == before
     if fault == "pipe":
@@ -152,10 +122,10 @@ def test_an_export_replaces_no_pipe_and_no_link(fault, finished, tmp_path, capsy
 
 
 @row(54, "hard-link-photons-0001.npy.part", "hard-link-.aomc-sky.lock")
-def test_no_file_with_a_second_name_is_written(fault, finished, tmp_path, told):
+def test_no_file_with_a_second_name_is_written(fault, small_run, tmp_path, told):
     """A file of a run that is another name of a file elsewhere: it keeps its bytes, and the command says why."""
     out, victim = tmp_path / "out", tmp_path / "victim"
-    amc = finished.parent / "amc.inp"
+    amc = small_run.parent / "amc.inp"
     words = ("run", amc, "--iterations", "140000", "--waveband", "1", "-q", "--out", out)
     assert command(*words, "--shard", "1/2") == 0
     name = fault.removeprefix("hard-link-")

@@ -299,11 +299,6 @@ def test_hours_of_0_to_23_are_the_whole_file_s(row, read):
         read("\n".join(EARLY), "tmy3", row=row)
 
 
-def test_a_column_that_comes_twice_is_a_question(read):
-    with pytest.raises(InputFileError, match=r"column 'GHI \(W/m\^2\)' comes twice"):
-        read(changed("tmy3", ("ETR (W/m^2)", "GHI (W/m^2)")), "tmy3")
-
-
 def test_names_of_a_head_may_stand_in_quotes(read):
     quoted = ",".join(f'"{name}"' for name in TMY3[1].split(","))
     found = read("\n".join([TMY3[0], quoted, *TMY3[2:]]), "tmy3").dni

@@ -121,21 +121,21 @@ def test_photons_of_the_roughest_and_the_smoothest_lobes_travel_downward(roughne
     assert np.all(np.isfinite(photons.ux + photons.uy))
 
 
+AIR = "inputs/atmosphere_sky/clear.atmo"
+
+
+def solved(**changed):
+    right = {"wavelength_nm": 500.0, "sun_zenith_deg": 30.0, "sky_zenith_deg": 0.0, "azimuth_from_sun_deg": 0.0}
+    return sky.solve_atmosphere(AIR, **{**right, **changed})
+
+
 NO_NUMBERS = {
-    "None": None,
-    "a None in a row": [0.1, None],
-    "complex": 0.1 + 0j,
-    "digits": "0.1",
-    "text": ["0.1", "x"],
-    "date": np.datetime64("2026-01-01"),
-    "time of Python": datetime.datetime(2026, 1, 1),
-    "duration": np.timedelta64(1, "s"),
-    "durations": [np.timedelta64(1, "s"), 0.1],
-    "record": np.zeros(1, dtype=[("zenith", "f8")]),
-    "ragged": [[0.1], [0.1, 0.2]],
-    "mapping": {},
+    "None": None, "a None in a row": [0.1, None], "complex": 0.1 + 0j, "digits": "0.1", "text": ["0.1", "x"],
+    "date": np.datetime64("2026-01-01"), "time of Python": datetime.datetime(2026, 1, 1),
+    "duration": np.timedelta64(1, "s"), "durations": [np.timedelta64(1, "s"), 0.1],
+    "record": np.zeros(1, dtype=[("zenith", "f8")]), "ragged": [[0.1], [0.1, 0.2]], "mapping": {},
     "too large": 10**400,
-}
+}  # fmt: skip
 NUMBERS = {
     "uniform": lambda x: sky.UniformSky().radiance(x, 0.0, 550.0),
     "azimuth": lambda x: sky.OvercastSky().radiance(0.1, x, 550.0),
@@ -149,9 +149,13 @@ NUMBERS = {
     "scene": lambda x: sky.Scene(wavebands=[550.0], n_photons=1, components="uniform").radiance(0, x, 0.0),
     "patch": lambda x: GRID.patch_of(x, 0.0),
     "wavebands": sky.Wavebands,
+    "wavelength of air": lambda x: solved(wavelength_nm=x),
+    "direction in air": lambda x: solved(sky_zenith_deg=x),
+    "orders": lambda x: solved(orders=x),
     "table": lambda x: sky.TabulatedSky(wavelength_nm=[550.0], values=x, grid=GRID),
 }
 ONE_NUMBER = {
+    "sun over air": lambda x: solved(sun_zenith_deg=x),
     "sun in radians": lambda x: sky.CIESky(type=12, sun_zenith_rad=x),
     "sun in degrees": lambda x: sky.PerezSky(sun_zenith_deg=x, epsilon=5.0, delta=0.1),
     "epsilon": lambda x: sky.PerezSky(sun_zenith_deg=40.0, epsilon=x, delta=0.1),
@@ -161,7 +165,7 @@ ONE_NUMBER = {
     "Moon": lambda x: sky.Moon(zenith_deg=40.0, distance_m=x),
     "own azimuth": lambda x: sky.directions.to_enu_azimuth_deg(1.0, sky.AzimuthConvention.FROM_SUN, x),
 }
-DEFAULTS = {"epsilon", "disc", "own azimuth"}  #: where None means that nothing is given
+DEFAULTS = {"epsilon", "disc", "own azimuth", "orders"}  #: where None means that nothing is given
 
 
 @pytest.mark.parametrize("what", NO_NUMBERS)

@@ -25,32 +25,27 @@ WAYS = [
 FLAGS = ("-O0", "-O2", "-O3 -march=native", "-O3 -march=native -fno-math-errno", "-Os", "-O3 -mno-avx")
 
 
+BUILDS = [("-O2", "gcc", 2011)]
+BUILDS += [pytest.param(*way, 50_021, marks=pytest.mark.slow) for way in itertools.product(FLAGS, ("gcc", "g++"))]
+
+
+@pytest.mark.parametrize(("flags", "compiler", "n"), BUILDS)
 @pytest.mark.parametrize(("name", "precision", "order", "placement"), WAYS)
-def test_every_law_order_placement_and_precision(name, precision, order, placement):
-    source = source_of(name, 2011, precision=precision, order=order, placement=placement)
-    compare(built("-O2"), source)
+def test_every_law_order_placement_and_precision(name, precision, order, placement, flags, compiler, n):
+    source = source_of(name, n, precision=precision, order=order, placement=placement)
+    compare(built(flags, compiler), source, n)
 
 
-@pytest.mark.parametrize("flags", ["-O2", "-O3 -march=native"])
 @pytest.mark.parametrize("name", SCENES)
-def test_flags(name, flags):
-    compare(built(flags), source_of(name))
-    compare(built(flags), source_of(name, precision="float64", order="patch"))
+def test_other_flags(name):
+    compare(built("-O3 -march=native"), source_of(name))
+    compare(built("-O3 -march=native"), source_of(name, precision="float64", order="patch"))
 
 
 @pytest.mark.parametrize("name", ["everything", "lobes and all"])
 def test_method_iid_and_cplusplus(name):
     compare(built("-O2 -std=c++11", "g++"), source_of(name, method="iid"))
     compare(built("-O2 -std=c++11", "g++"), source_of(name, method="iid", precision="float64"))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("compiler", ["gcc", "g++"])
-@pytest.mark.parametrize("flags", FLAGS)
-@pytest.mark.parametrize(("name", "precision", "order", "placement"), WAYS)
-def test_whole_matrix(name, precision, order, placement, flags, compiler):
-    source = source_of(name, 50_021, precision=precision, order=order, placement=placement)
-    compare(built(flags, compiler), source, 50_021)
 
 
 LONG = ("eclipse", "twilight", "light_polluted")  # their light is computed for about ten seconds

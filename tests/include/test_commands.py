@@ -92,12 +92,6 @@ def test_info_shows_the_head_and_refuses_damage(run, told):
     assert main(["info", str(run / "none.sky")]) == 3
 
 
-def test_replicates_are_refused_before_anything_is_written(tmp_path, told):
-    words = ["run", str(INPUTS / "clear_day"), "--replicates", "4", "--format", "source", "--out", str(tmp_path / "x")]
-    assert "4 replicates: make one source per seed" in told(*words, code=2).err
-    assert not (tmp_path / "x").exists()
-
-
 def test_write_source_is_atomic_and_says_what_is_wrong(tmp_path):
     source = sky.Scene(wavebands=[550.0], n_photons=100, components="uniform").source(seed=1)
     for words, error, says in (

@@ -74,13 +74,6 @@ def test_overcast_has_the_irradiance_of_the_cie_overcast_sky():
     assert moments.mean_mu == pytest.approx((1 / 3 + 2 / 4) / (1 / 2 + 2 / 3), abs=1e-3)
 
 
-def test_sparse_sky_has_a_band_on_a_tie_and_takes_the_longer_wavelength():
-    scene = read("sparse_sky")
-    bands = scene.wavebands.wavelength_nm
-    assert scene.sky_wavelength_nm[bands == 500.0].tolist() == [550.0]
-    assert np.count_nonzero(scene.source().counts, axis=1).max() == 20
-
-
 def test_clear_day_is_brightest_in_the_direction_of_its_sun():
     scene = read("clear_day")
     (component,) = scene.components
@@ -89,7 +82,3 @@ def test_clear_day_is_brightest_in_the_direction_of_its_sun():
         ring, column = np.divmod(int(radiance.argmax()), component.grid.n_azimuth)
         assert abs(component.grid.zenith_bounds_deg[ring].mean() - 35.0) <= 0.5
         assert column in (0, component.grid.n_azimuth - 1)
-
-
-def test_beam_only_never_models_a_sky():
-    assert [component.name for component in read("beam_only").components] == ["direct"]

@@ -2,15 +2,12 @@
 
 import copy
 import json
-import os
-from functools import partial
 
 import jsonschema
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.errors import AomcSkyError
-from aomc_sky.outputs.manifest import manifest_bytes, read_manifest
+from aomc_sky.outputs.manifest import manifest_bytes
 from tests.support.scenes import copy_scene
 from tests.support.shared import REPOSITORY
 
@@ -37,16 +34,12 @@ def changed(manifest, place, value):
 @pytest.mark.parametrize(
     ("place", "value"),
     [
-        (("schema",), "aomc-sky-manifest/1"),
-        (("run",), {}),
-        (("bands", 0, "launched"), -1),
-        (("bands", 0, "residual"), 0.5),
-        (("files", "../victim"), {"bytes": 1}),
-        (("files", "photons-0001.npy", "bytes"), "1"),
-        (("files", "photons-0001.raw", "columns"), ["energy"]),
+        (("schema",), "aomc-sky-manifest/1"), (("run",), {}), (("bands", 0, "launched"), -1),
+        (("bands", 0, "residual"), 0.5), (("files", "../victim"), {"bytes": 1}),
+        (("files", "photons-0001.npy", "bytes"), "1"), (("files", "photons-0001.raw", "columns"), ["energy"]),
         (("options", "formats"), ["../npy"]),
     ],
-)
+)  # fmt: skip
 def test_the_schema_refuses_what_is_no_manifest(run, place, value):
     manifest = changed(json.loads((run / "manifest.json").read_text()), place, value)
     with pytest.raises(jsonschema.ValidationError):
@@ -77,12 +70,3 @@ def test_no_value_of_another_kind_ends_in_a_traceback(run, turn, capsys):
     finally:
         (run / "manifest.json").write_bytes(manifest_bytes(whole))
     assert "Traceback" not in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("kind", ["link", "folder", "fifo"])
-def test_what_is_no_file_is_not_read(run, tmp_path, kind):
-    path = tmp_path / "manifest.json"
-    made = {"fifo": os.mkfifo, "folder": os.mkdir, "link": partial(os.symlink, run / "manifest.json")}
-    made[kind](path)
-    with pytest.raises(AomcSkyError, match="E961"):
-        read_manifest(path)

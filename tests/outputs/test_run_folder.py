@@ -70,17 +70,3 @@ def test_a_file_that_is_filled_from_several_sides(folder):
         assert handle is None  # it is finished
     with pytest.raises(OutputError, match=r"b\.part"), folder.filling("b"):
         pass
-
-
-def test_nothing_is_written_through_a_link(folder, tmp_path):
-    folder.path.mkdir(parents=True)
-    (tmp_path / "victim").write_text("kept")
-    for name in ("a", "b.part"):
-        (folder.path / name).symlink_to(tmp_path / "victim")
-    folder.write("a", b"new")
-    with pytest.raises(OutputError, match=r"b\.part"):
-        folder.reserve("b", b"", 3)
-    with pytest.raises(OutputError, match=r"b\.part"), folder.filling("b"):
-        pass
-    assert (tmp_path / "victim").read_text() == "kept"
-    assert folder.size_of("b.part") is None

@@ -110,12 +110,6 @@ def test_sun_sky_and_lobes_share_the_photons_by_irradiance(perez):
     assert scene.options["backgrounds"][0]["time"] == "1970-01-01T00:00:00Z"
 
 
-def test_direct_irradiance_wins_over_the_direct_fraction(perez):
-    add(perez, "[sky]\ndiffuse_irradiance = [0.1, 0.2, 0.3, 0.4]\ndirect_irradiance = [0.8, 0.7, 0.6, 0]\n")
-    scene = sky.read_scene(perez)
-    np.testing.assert_array_equal(irradiances(scene), [[0.8, 0.1], [0.7, 0.2], [0.6, 0.3], [0, 0.4]])
-
-
 def test_brightness_without_backgrounds_changes_no_photon(perez):
     plain = sky.read_scene(perez, iterations=1000)
     assert plain.irradiance is None

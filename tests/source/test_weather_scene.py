@@ -32,18 +32,6 @@ def test_beam_and_sky_share_the_light_of_the_plane():
     assert any("direct fraction 0.8205" in note for note in scene.notes)
 
 
-def test_the_sky_alone_and_the_beam_alone():
-    alone = sky.weather_scene(wavebands=[500.0], diffuse_only=True, **NOON)
-    assert [c.name for c in alone.components] == ["perez"]
-    assert any("left out" in note for note in alone.notes)
-    model = sky.PerezSky(**NOON)
-    assert alone.source().exact_moments(0).mean_mu == pytest.approx(mean_cosine_of_sky(model), rel=2e-5)
-    beam = sky.weather_scene(wavebands=[500.0], sun_zenith_deg=40.0, dni=900.0, dhi=0.0)
-    assert [c.name for c in beam.components] == ["direct"]
-    disc = sky.weather_scene(wavebands=[500.0], sun_disc=True, **NOON)
-    assert disc.components[0].law is sky.Law.DISC
-
-
 def test_coefficients_do_not_say_how_bright_the_beam_is():
     scene = sky.weather_scene(wavebands=[500.0], sun_zenith_deg=40.0, coefficients=(-1, -0.3, 10, -3, 0.45))
     assert [c.name for c in scene.components] == ["perez"]

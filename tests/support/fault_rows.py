@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,19 +21,6 @@ ROWS = ("1 1 0 10.5", "1 1 1 12.0", "1 2 1 20.0", "2 1 0 8.2", "2 1 1 9.5", "2 2
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Fault:
-    """One fault of a row of the matrix, and its answer."""
-
-    row: int
-    name: str  #: For the test's id
-    files: dict[str, str | bytes]  #: Files of the scene that are replaced
-    places: Sequence[str] = ()  #: File, line, column and code of each problem: "skydist.inp:5:3 E301"
-    words: str = ""  #: In the message, where it has no place
-    options: Sequence[str] = ()  #: Further arguments of ``run``
-    code: int = 3
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
 class Answer:
     code: int
     out: str
@@ -44,12 +31,6 @@ class Answer:
 def row_id(row: int, name: str) -> str:
     """Id of a test of a row; test_all_rows.py looks for one of every row."""
     return f"row-{row:02d}-{name}"
-
-
-def faults(rows: Iterable[Fault]) -> pytest.MarkDecorator:
-    """Parametrise a test of an argument ``fault``."""
-    rows = list(rows)
-    return pytest.mark.parametrize("fault", rows, ids=[row_id(fault.row, fault.name) for fault in rows])
 
 
 def row(number: int, *names: str) -> pytest.MarkDecorator:
@@ -95,19 +76,6 @@ def check_places(places: Sequence[str], said: str, kind: str = "error") -> None:
     found = re.findall(rf"^(\S+:\d+:\d+): {kind}\[(E\d{{3}})\]: \S.*\n +\d+ \| .*\n +\| +\^+ \S", said, re.MULTILINE)
     assert [f"{place} {code}" for place, code in found] == list(places), said
     assert len(said.splitlines()) == 3 * len(found), said
-
-
-def check_refused(fault: Fault, folder: Path, capsys: Any) -> None:
-    """The command names the places, ends with the code, and leaves nothing behind."""
-    answer = run_scene(folder, fault.files, fault.options, capsys)
-    if fault.words:
-        assert answer.err.startswith(f"aomc-sky: error: {fault.words}"), answer.err
-        assert answer.err.count("\n") == 1
-    else:
-        check_places(fault.places, answer.err)
-    assert answer.code == fault.code
-    assert answer.out == ""
-    assert not answer.folder.exists()
 
 
 def launched(folder: Path) -> dict[int, int]:

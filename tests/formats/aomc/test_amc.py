@@ -6,7 +6,6 @@ import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.formats.aomc.amc import FootprintCode, LightSource, read_amc, read_difcol, read_lambbot
-from tests.support.scenes import write_amc
 from tests.support.shared import DATA
 
 
@@ -35,17 +34,13 @@ def test_both_layouts_and_spellings_mean_the_same():
 @pytest.mark.parametrize(
     ("name", "field", "value"),
     [
-        ("flag_one_column_right", "light_source", 0),
-        ("flag_two_digits", "log_bottom", True),
-        ("real_without_point", "depth_m", 0.2),
-        ("exponent_without_point", "circle_diameter_m", 2e-6),
-        ("thirteen_characters", "iterations", 500),
-        ("past_the_field", "iterations", 5),
-        ("one_column_left", "depth_m", 0.0),
-        ("blank_inside", "n_wavebands", 12),
+        ("flag_one_column_right", "light_source", 0), ("flag_two_digits", "log_bottom", True),
+        ("real_without_point", "depth_m", 0.2), ("exponent_without_point", "circle_diameter_m", 2e-6),
+        ("thirteen_characters", "iterations", 500), ("past_the_field", "iterations", 5),
+        ("one_column_left", "depth_m", 0.0), ("blank_inside", "n_wavebands", 12),
         ("lone_point", "circle_diameter_m", 0.0),
     ],
-)
+)  # fmt: skip
 def test_lenient_takes_what_fortran_reads_and_says_so(name, field, value):
     with pytest.warns(InputWarning, match=r"warning\[E10[3-9]\]"):
         config = read_amc(DATA / f"amc/bad/{name}.inp", lenient=True)
@@ -56,22 +51,6 @@ def test_lenient_takes_what_fortran_reads_and_says_so(name, field, value):
 def test_lenient_does_not_save_what_the_program_refuses(name):
     with pytest.raises(InputFileError):
         read_amc(DATA / f"amc/bad/{name}.inp", lenient=True)
-
-
-@pytest.mark.parametrize("polar_cap", [None, True, False])
-def test_amc_written_and_read(tmp_path, polar_cap):
-    config = replace(
-        read_amc(DATA / "amc/good/thirty_lines.inp"),
-        iterations=123_456_789_012,
-        use_polar_cap=polar_cap,
-        depth_m=1e-7,
-        cell_size_m=0.123456789,
-        target_x_m=1e7,
-        layer_thickness_m=-1.0,
-        light_source=LightSource.MODEL,
-    )
-    write_amc(config, tmp_path / "amc.inp")
-    assert read_amc(tmp_path / "amc.inp") == config
 
 
 def test_lambbot_and_difcol_values():

@@ -7,7 +7,7 @@ import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.formats.aomc import skydist
-from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, read_skydist, write_skydist
+from aomc_sky.formats.aomc.skydist import Bins, Values, read_skydist
 from tests.support.shared import DATA
 
 ROWS = [
@@ -52,17 +52,6 @@ def test_any_number_of_warnings_loses_no_row(tmp_path):
     path.write_text(f"1001 1 1 1\n500\n{rows}1 1 2 7.0\n")
     with pytest.raises(InputFileError, match="E301"):
         read_skydist(path, lenient=True)
-
-
-def test_skydist_written_and_read(tmp_path):
-    radiance = np.zeros((2, 3, 5))
-    radiance[0, 1, 4], radiance[1, 2, 0], radiance[1, 0, 0] = 1 / 3, 5e-324, 1.7976931348623157e308
-    table = SkyTable(wavelength_nm=np.array([412.1, 1e3 / 3]), radiance=radiance)
-    write_skydist(table, tmp_path / "sky.inp", bins=Bins.DEGREES, values=Values.MASS)
-    again = read_skydist(tmp_path / "sky.inp")
-    assert np.array_equal(again.radiance, radiance)
-    assert np.array_equal(again.wavelength_nm, table.wavelength_nm)
-    assert (again.declared_bins, again.declared_values) == (Bins.DEGREES, Values.MASS)
 
 
 def problems_of(path):

@@ -275,17 +275,14 @@ def texts(n, length):
 @pytest.mark.parametrize(
     ("make", "code"),
     [
-        (sparse(b"", 2**34), "E802"),
-        (sparse(GOOD, 2**36), "E804"),
+        (sparse(b"", 2**34), "E802"), (sparse(GOOD, 2**36), "E804"),
         (sparse(with_number(GOOD, COUNT_OFFSET, "<Q", 10**18), 2**40), "E804"),
         (sparse(with_number(GOOD, 56, "<I", 2**32 - 1), 2**36), "E803"),
         (sparse(with_number(GOOD, 16, "<I", 2**32 - 1), 2**36), "E803"),
-        (sparse(with_number(GOOD, 16, "<I", 99_999), 2**36), "E803"),
-        (texts(100_001, 0), "E803"),
-        (texts(90_000, 170), "read"),
-        (texts(3, 8_000_000), "E803"),
+        (sparse(with_number(GOOD, 16, "<I", 99_999), 2**36), "E803"), (texts(100_001, 0), "E803"),
+        (texts(90_000, 170), "read"), (texts(3, 8_000_000), "E803"),
     ],
-)
+)  # fmt: skip
 def test_large_bad_files_cost_little(make, code, tmp_path):
     path = tmp_path / "x.mcpl"
     make(path)

@@ -152,27 +152,19 @@ HOSTILE = {
     "many tables": b"[[a]]\n" * 9000,
     "nested tables": b"a = " + b"{a=" * 3000 + b"1" + b"}" * 3000,
     "long string": b'dni = "' + b"x" * 65_000 + b'"\n',
+    "nested arrays": b"[perez]\na = " + b"[" * 30_000,
+    "too large": b"#" * (MAX_BYTES + 1),
+    "nul": b"[perez]\ndni = 1\0",
+    "digits": b"[perez]\ndni = " + b"9" * 5000,
 }
 
 
 @pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE)
 def test_hostile_files_cost_little(tmp_path, text):
     start = time.process_time()
-    assert problems_of(tmp_path / "sky.toml", text).problems[0].code[:2] == "E7"
+    code = problems_of(tmp_path / "sky.toml", text).problems[0].code
+    assert code == "E101" if b"\0" in text else code[:2] == "E7"
     assert time.process_time() - start < MOST_CPU_S
-
-
-BROKEN = {
-    "nested arrays": ("E701", b"[perez]\na = " + b"[" * 30_000),
-    "too large": ("E701", b"#" * (MAX_BYTES + 1)),
-    "nul": ("E101", b"[perez]\ndni = 1\0"),
-    "digits": ("E701", b"[perez]\ndni = " + b"9" * 5000),
-}
-
-
-@pytest.mark.parametrize(("code", "text"), BROKEN.values(), ids=BROKEN)
-def test_broken_wholes(tmp_path, code, text):
-    assert problems_of(tmp_path / "sky.toml", text).problems[0].code == code
 
 
 def test_many_problems_and_no_file(tmp_path):

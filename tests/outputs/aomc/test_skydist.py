@@ -338,13 +338,9 @@ def test_compat_runs_keep_the_patches_of_the_program(tmp_path):
 
 
 COMPAT_CASES = [
-    ("document_example", 999_999),
-    ("repository_sky", 10),
-    ("repository_sky", 1000),
-    ("repository_sky", 100_000_007),
-    ("steep_special_rings", 10_000_000),
-    ("wavelength_order_shuffled", 1000),
-]
+    ("document_example", 999_999), ("repository_sky", 10), ("repository_sky", 1000), ("repository_sky", 100_000_007),
+    ("steep_special_rings", 10_000_000), ("wavelength_order_shuffled", 1000),
+]  # fmt: skip
 
 
 @needs_gfortran

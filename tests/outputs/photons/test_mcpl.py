@@ -31,7 +31,6 @@ def scene(*parts, wavelengths=(350.0, 500.0, 700.0), **more):
 
 
 def batch_of(directions, band=0, nm=500.0, **more):
-    """A batch of these directions, (n, 3)."""
     ux, uy, uz = (np.ascontiguousarray(column) for column in directions.T)
     more = {"patch": np.zeros(len(ux), np.int32), "band": band, "start": 0, "wavelength_nm": nm, **more}
     return PhotonBatch(ux=ux, uy=uy, uz=uz, **more)

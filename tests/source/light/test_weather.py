@@ -1,6 +1,5 @@
 """What a time and a place, or an hour of a weather file, say of sun and sky."""
 
-import datetime
 import math
 
 import numpy as np
@@ -8,7 +7,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.formats.weather import read_weather
-from aomc_sky.source.light.sun_position import sun_position, utc
+from aomc_sky.source.light.sun_position import sun_position
 from aomc_sky.source.light.weather import weather_of
 from tests.support.scenes import coarse_atmosphere
 from tests.support.shared import DATA, INPUTS
@@ -25,20 +24,6 @@ def changed(tmp_path, old, new):
     assert text.count(old) == 1
     path.write_text(text.replace(old, new))
     return path
-
-
-def test_one_moment_in_every_form():
-    zone = datetime.timezone(datetime.timedelta(hours=2))
-    forms = (
-        "2026-06-21T09:30:00Z",
-        "2026-06-21T11:30+02:00",
-        datetime.datetime(2026, 6, 21, 11, 30, tzinfo=zone),
-        np.datetime64("2026-06-21T09:30:00.0"),
-    )
-    assert {str(utc(form)) for form in forms} == {"2026-06-21T09:30:00"}
-    one = sun_position(forms[0], 54.2, 7.9)
-    for form in forms[1:]:
-        assert sun_position(form, 54.2, 7.9).zenith_deg == one.zenith_deg
 
 
 def test_the_sun_is_that_of_pvlib_at_its_height():

@@ -145,25 +145,3 @@ def test_solve_atmosphere_keeps_the_order_asked():
     assert found.method == "sos"
     with pytest.raises(UsageError):
         solve([[500.0]], 0, 0)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"wavelength_nm": "red"},
-        {"sun_zenith_deg": "low"},
-        {"sun_zenith_deg": [30.0, 40.0]},
-        {"sun_zenith_deg": None},
-        {"sky_zenith_deg": "up"},
-        {"azimuth_from_sun_deg": [[0.0, 1.0], [2.0]]},
-        {"orders": float("nan")},
-        {"orders": float("inf")},
-        {"orders": "3"},
-        {"orders": [3]},
-    ],
-    ids=str,
-)
-def test_solve_atmosphere_refuses_what_is_no_number(wrong):
-    right = {"wavelength_nm": 500.0, "sun_zenith_deg": 30.0, "sky_zenith_deg": 0.0, "azimuth_from_sun_deg": 0.0}
-    with pytest.raises(UsageError):
-        sky.solve_atmosphere(INPUTS / "atmosphere_sky" / "clear.atmo", **{**right, **wrong})

@@ -7,7 +7,6 @@ import pytest
 
 import aomc_sky as sky
 from tests.support.fields import field_of
-from tests.support.scenes import manifest_of
 from tests.support.shared import INPUTS
 
 xarray = pytest.importorskip("xarray")
@@ -76,16 +75,6 @@ def test_absolute_units_and_backgrounds_stand_beside_it(tmp_path):
     toml = '[sky]\ntable = "field.nc"\ndiffuse_irradiance = [0.4, 0.3, 0.2, 0.1]\n'
     scene = sky.read_scene(scene_folder(tmp_path, toml=toml))
     np.testing.assert_allclose(scene.irradiance.of_component[:, 1], [0.4, 0.3, 0.2, 0.1])
-
-
-def test_run_validate_and_info(tmp_path, told):
-    path, out = scene_folder(tmp_path), tmp_path / "out"
-    told("validate", tmp_path)
-    assert "table: " in told("info", path).out
-    told("run", path, "--iterations", 5000, "--out", out, "--quiet")
-    told("verify", out)
-    named = manifest_of(out)["inputs"]["table"]
-    assert (named["name"], len(named["sha256"])) == ("field.nc", 64)
 
 
 GIVEN = """[sky]

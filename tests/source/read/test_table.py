@@ -68,16 +68,6 @@ def test_what_the_program_launched(name, iterations):
     assert (found["our_mu"], found["our_ratio"]) == (f"{mu:.4f}", f"{ratio:.4f}")
 
 
-def test_the_document_example_is_another_sky_to_the_program():
-    """Indices of two bins, read as 1 and 2 degrees: the masses hardly change, the sky does."""
-    scene = sky.read_scene(INPUTS / "document_example")
-    found = two_readings(scene)
-    assert (found["mu"], found["our_mu"]) == ("0.9996", "0.6782")
-    assert scene.notes[0].endswith(
-        "write --bins degrees --weighting aomc to read it so, or --compat aomc to launch as AOMC does"
-    )
-
-
 @pytest.mark.parametrize("name", ["document_example", "sparse_sky", "overcast"])
 def test_the_two_options_reproduce_it(name):
     """Read with the options that the note names, the run's own numbers are those of the program.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import given_angle
-from aomc_sky.errors import SceneError, UsageError, floats
+from aomc_sky.errors import SceneError, UsageError, floats, number
 from aomc_sky.formats.sky_toml.keys import PREFIX
 from aomc_sky.formats.sky_toml.sections import MoonDirection, moon_direction
 from aomc_sky.progress import is_free, status_line
@@ -123,24 +123,22 @@ def solve_atmosphere(
     sun_deg = given_angle("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad)
     zenith_deg = given_angle("sky_zenith_deg", sky_zenith_deg, sky_zenith_rad)
     azimuth_deg = given_angle("azimuth_from_sun_deg", azimuth_from_sun_deg, azimuth_from_sun_rad)
-    sun = _numbers(sun_deg, "the sun's zenith angle")
-    if sun.size != 1:
-        raise UsageError(f"the sun's zenith angle must be one number, got {sun_deg!r}")
-    if not np.isfinite(sun[0]):
+    sun = number("the sun's zenith angle", sun_deg)
+    if not np.isfinite(sun):
         raise SceneError(f"the sun's zenith angle must be finite, got {sun_deg!r}")
     requested = _numbers(wavelength_nm, "wavelengths")
     medium, report = read_medium(read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths]), requested)
     with status_line("solving the atmosphere", enabled=is_free()):
         result = solve(
             medium,
-            sun_zenith_rad=float(np.deg2rad(sun[0])),
+            sun_zenith_rad=float(np.deg2rad(sun)),
             sky_zenith_rad=np.deg2rad(_numbers(zenith_deg, "zenith angles of directions")),
             azimuth_from_sun_rad=np.deg2rad(_numbers(azimuth_deg, "azimuths of directions")),
             method=method,
             n_orders=orders,
             n_paths=paths,
             dropped=report.dropped,
-            moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(np.deg2rad(sun[0]))), 0.0),
+            moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(np.deg2rad(sun))), 0.0),
             ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),
         )
     rows = nearest_wavelength_index(requested, medium.wavelength_nm)
