@@ -22,7 +22,7 @@ from aomc_sky.formats.aomc.scanner import (
     ListScanner,
     Record,
     Token,
-    ask_micrometres,
+    ask_unit,
     both_values,
     is_thousands,
     list_integer,
@@ -482,7 +482,7 @@ def read_band_rows(
     else:
         _report_more_rows(count, n_rows, len(names), "\n".join(lines[index:]), report)
     if names[0] == _COLUMNS[0]:
-        ask_micrometres(list(zip(first, rows[:, 0].tolist(), strict=False)), "E202", report)
+        ask_unit(list(zip(first, rows[:, 0].tolist(), strict=False)), "E202", report)
     report.close()
     return rows
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import takewhile
 
 from aomc_sky.errors import Span
+from aomc_sky.formats.radiance_words import SURE_NM
 from aomc_sky.formats.report import Report
 from aomc_sky.inputs import in_nm
 
@@ -260,12 +261,18 @@ def _pieces(text: str, line: int) -> Iterator[tuple[Token, int]]:
             yield _token(text, line, start + 1, word), piece.end()
 
 
-def ask_micrometres(wavelengths: Sequence[tuple[Token, float]], code: str, report: Report) -> None:
-    """Report wavelengths such as 0.44 and 0.55; 0, 0.5, 1 to 30 are labels that people give their wavebands."""
-    if not any(value % 1 for _, value in wavelengths):
+def ask_unit(wavelengths: Sequence[tuple[Token, float]], code: str, report: Report) -> None:
+    """Report wavelengths that are all in another unit, such as 0.44 and 0.55, or 4400 and 5500.
+
+    0, 0.5, 1 to 30 are labels that people give their wavebands.
+    """
+    if all(value > SURE_NM for _, value in wavelengths):
+        questions = [f"wavelengths are in nm, got {t.word} (angstroms?); write {v / 10:g}" for t, v in wavelengths]
+    elif any(value % 1 for _, value in wavelengths):
+        questions = [in_nm(value, token.word) for token, value in wavelengths]
+    else:
         return
-    questions = [(token, in_nm(value, token.word)) for token, value in wavelengths]
-    if all(question for _, question in questions):
-        for token, question in questions:
+    if all(questions):
+        for (token, _), question in zip(wavelengths, questions, strict=True):
             message, _, advice = question.partition("; ")
             report.at(token, code, message, name="wavelength", advice=advice, can_downgrade=True)

@@ -15,7 +15,7 @@ from aomc_sky.formats.aomc.scanner import (
     ListScanner,
     Record,
     Token,
-    ask_micrometres,
+    ask_unit,
     list_integer,
     list_real,
     no_number,
@@ -354,7 +354,7 @@ def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:
             code, message = "E302", f"{token.word} is not a wavelength"
         report.at(token, code, message, name="wavelengths", advice="write a number of nm")
     if report.n_errors == before:
-        ask_micrometres(list(zip(record.tokens, wavelength.tolist(), strict=True)), "E302", report)
+        ask_unit(list(zip(record.tokens, wavelength.tolist(), strict=True)), "E302", report)
     return wavelength if report.n_errors == before else None
 
 
