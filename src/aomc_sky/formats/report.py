@@ -214,7 +214,7 @@ SYNONYM = 2.0
 def nearest(name: str, known: Collection[str], *, at_least: float = 0.0) -> str:
     """The known name that people mean by `name`, or else the most similar one; "" below `at_least`."""
     name = name[:40].lower()
-    meant = [ours for ours, words in _MEANT.items() if ours in known and name in words.split()]
+    meant = [ours for ours, words in _MEANT.items() if ours in known and name.removesuffix("_deg") in words.split()]
 
     def likeness(candidate: str) -> float:
         return SequenceMatcher(None, name, candidate).ratio()
@@ -225,4 +225,4 @@ def nearest(name: str, known: Collection[str], *, at_least: float = 0.0) -> str:
 
 def remark_of(name: str) -> str:
     """A remark beside our name for `name`; usually empty."""
-    return _REMARKS.get(name.lower().rpartition("_")[2], "")
+    return next((_REMARKS[part] for part in reversed(name.lower().split("_")) if part in _REMARKS), "")
