@@ -387,6 +387,7 @@ def _report_short(record: Record, last: Token, report: Report) -> None:
         code, span, name, message, advice = "E305", word, "", *no_number(word.word, is_short=True)
     else:
         code, message = "E305", f"the row has {n_values} values, expected 4 (wavelength, zenith, azimuth, value)"
+        advice += ", with blanks between them"
     report.at(span, code, message, name=name, advice=advice)
 
 
