@@ -197,6 +197,13 @@ def test_a_number_that_reads_as_a_date_is_no_time(tmp_path):
         assert f"the time {expected}" in problem.message
 
 
+def test_more_light_than_the_sun_has_is_another_unit(tmp_path):
+    text = b"[sky]\ndirect_irradiance = [1.5, 610.0]\n"
+    problem = problems_of(tmp_path / "sky.toml", text).problems[0]
+    assert (problem.code, problem.line, problem.column) == ("E704", 2, 21)
+    assert problem.advice.startswith("write 0.61 for 610 mW m-2 nm-1")
+
+
 def test_many_problems_and_no_file(tmp_path):
     many = problems_of(tmp_path / "sky.toml", b"[perez]\n" + b"".join(b"key%d = 1\n" % k for k in range(3000)))
     assert len(many.problems) <= 200

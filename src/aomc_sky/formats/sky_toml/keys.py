@@ -293,7 +293,20 @@ SPECTRL2 = "spectrl2"
 _GROUPS = (("dni", "dhi", "ghi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
 _SETS_TEXT = "dni + dhi, ghi + dni, ghi + dhi, epsilon + delta, or a, b, c, d, e"
 
-_SPECTRUM = several(number(0, 10_000))
+_MOST_OF_SUN = 20.0
+"""A spectral irradiance that no sun gives: it has 2.3 W m-2 nm-1 outside the atmosphere."""
+
+
+def spectral_irradiance(value: object) -> float:
+    """Read an irradiance per nm; one that is too large for the sun by a factor is in another unit."""
+    if isinstance(value, (int, float)) and _MOST_OF_SUN < value < 10_000:
+        message = f"{shown_value(value)} W m-2 nm-1 is more than the sun has outside the atmosphere, 2.3 at most"
+        advice = f"write {value / 1000:g} for {value:g} mW m-2 nm-1, and an irradiance per nm"
+        raise BadValueError("E704", message, advice=advice)
+    return float(number(0, _MOST_OF_SUN)(value))
+
+
+_SPECTRUM = several(spectral_irradiance)
 DIFFUSE_MODELS = ("perez", "uniform", "none")
 """Our laws of the diffuse sky; "none": neither sun nor sky, the backgrounds alone shine."""
 INTERPOLATIONS = ("crossfade", "slerp")
