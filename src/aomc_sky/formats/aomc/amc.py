@@ -448,6 +448,7 @@ def read_band_rows(
     rows = np.zeros((n_rows, len(names)))
     index = head.next_line
     first: list[Token] = []
+    n_short = 0  # rows in pieces, which cannot be counted
     while len(first) < n_rows:
         record = scanner.record(index, len(names))
         if not record.tokens and not record.ended_by_slash:
@@ -476,10 +477,11 @@ def read_band_rows(
         if is_short:
             last = record.tokens[-1] if record.tokens else scanner.absent(record.next_line)
             _report_short(record, last, names, report)
+            n_short += 1
         index = record.next_line
         if report.is_full:
             break
-    else:
+    if n_rows and len(first) == n_rows and not n_short:
         _report_more_rows(count, n_rows, len(names), "\n".join(lines[index:]), report)
     if names[0] == _COLUMNS[0]:
         ask_unit(list(zip(first, rows[:, 0].tolist(), strict=False)), "E202", report)
@@ -491,7 +493,7 @@ def _report_more_rows(count: Token, n_rows: int, n_columns: int, rest: str, repo
     """Report lines after the last row that hold a row's numbers and no text."""
     row = rf"^[ \t]*+(?:[+-]?[.0-9][.0-9eEdDqQ+-]*+[ \t,;\r]*+){{{n_columns},}}+$"
     n_more = len(re.findall(row, rest, re.MULTILINE))
-    if n_rows and n_more:
+    if n_more:
         message = f"the first line says {n_rows} rows, but the file has {n_rows + n_more}"
         advice = f"remove the last ones, or write {n_rows + n_more} here and in the last line of amc.inp"
         report.at(count, "E203", message, name="count", advice=advice, can_downgrade=True)

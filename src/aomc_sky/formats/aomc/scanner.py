@@ -267,7 +267,10 @@ def ask_unit(wavelengths: Sequence[tuple[Token, float]], code: str, report: Repo
     0, 0.5, 1 to 30 are labels that people give their wavebands.
     """
     if all(value > SURE_NM for _, value in wavelengths):
-        questions = [f"wavelengths are in nm, got {t.word} (angstroms?); write {v / 10:g}" for t, v in wavelengths]
+        lenient = "with --lenient it is nm"
+        questions = [
+            f"wavelengths are in nm, got {t.word} (angstroms?); write {v / 10:g}; {lenient}" for t, v in wavelengths
+        ]
     elif any(value % 1 for _, value in wavelengths):
         questions = [in_nm(value, token.word) for token, value in wavelengths]
     else:

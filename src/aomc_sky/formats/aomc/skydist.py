@@ -267,6 +267,7 @@ def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarr
     index = head.first_row
     n_read = 0
     joined: list[Span] = []  # where a second row begins in a line
+    is_counted = True  # rows cannot be counted where one is in pieces
     while n_read < head.n_rows and not report.is_full:
         if _take_plain(index, lines, radiance, line, report):
             index += 1
@@ -284,6 +285,7 @@ def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarr
         if len(record.tokens) < 4:
             last = record.tokens[-1] if record.tokens else scanner.absent(max(record.next_line, 1))
             _report_short(record, last, report)
+            is_counted = False
         elif record.n_more and record.n_more % 4 == 0 and _is_place(record.rest.replace(",", " ").split(), head):
             joined.append(record.behind)
         if len(record.tokens) == 4 and (entry := _read_row(record, head, report)) is not None:
@@ -294,7 +296,7 @@ def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarr
         for span in joined[:MAX_PROBLEMS]:
             message, advice = "a second row in the line; Fortran ignores it", _OWN_LINE
             report.at(span, "E305", message, advice=advice, can_downgrade=True)
-    if not report.is_full and (report.lenient or not joined or n_read < head.n_rows):
+    if not report.is_full and is_counted and (report.lenient or not joined or n_read < head.n_rows):
         _check_count(n_read, index, scanner, head, report, is_joined=bool(joined))
     return radiance, line
 
