@@ -378,6 +378,7 @@ def _example(reading: _Reading, *, has_place: bool = False) -> str:
     where = f"in column {FIRST_COLUMN}" if field.width == 1 else f"from column {FIRST_COLUMN} on"
     meant = _likely(reading.token, field) if reading.meant is None else [reading.meant]
     texts = [str(one) if field.decimals is None else repr(float(one)) for one in meant if field.is_allowed(one)]
+    texts = [text if "." in text else text.replace("e", ".0e") for text in texts]
     if not texts:
         return f"write {field.allowed} {where}"
     if len(texts[0]) > field.width:
