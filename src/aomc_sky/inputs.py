@@ -27,9 +27,12 @@ class Input:
 
 
 def in_nm(wavelength: float, shown: str) -> str:
-    """What to write for a wavelength that is in micrometres, as a person gave it; else empty."""
-    is_small = 0.1 <= wavelength < 20.0
-    return f"wavelengths are in nm, got {shown} (micrometres?); write {1000 * wavelength:g}" if is_small else ""
+    """What to write for a wavelength that is in micrometres or metres, as a person gave it; else empty."""
+    is_small, is_tiny = 0.1 <= wavelength < 20.0, 0.0 < wavelength < 1e-4
+    if not is_small and not is_tiny:
+        return ""
+    unit, factor = ("micrometres", 1000) if is_small else ("metres", 1e9)
+    return f"wavelengths are in nm, got {shown} ({unit}?); write {factor * wavelength:g}"
 
 
 def _by_name(mapping: str, *rows: Input) -> dict[str, Input]:

@@ -290,6 +290,7 @@ HOSTILE = {
     "many bad rows": b"400000 89 359 1\n500\n" + b"1 x 0 1.0\n" * 400_000,
     "largest header": b"2 8192 8191 2\n500 600\n1 1 0 x\n",
     "many wavelengths": b"2 1 0 300000\n" + (b"2 " * 30_000 + b"\n") * 10,
+    "exponent of thousands of digits": b"1\n400 1e" + b"9" * 5000 + b" 0\n",
     "quarter of a million digits": b"9" * 60_000 + b"\n" + b"1e" + b"9" * 60_000 + b"\n",
 }
 

@@ -24,6 +24,7 @@ class Report:
     path: str  #: Path of the file, as the user named it
     lenient: bool = False  #: Problems that may be downgraded become warnings
     downgrade: frozenset[str] = frozenset()  #: Codes that become warnings in any case
+    counts_bytes: bool = False  #: Columns and texts of the file are those of its bytes, as Fortran has them
     problems: list[Problem] = field(default_factory=list)
     n_errors: int = 0
 
@@ -47,6 +48,10 @@ class Report:
         self.n_errors += is_error
         if len(self.problems) >= MAX_PROBLEMS and not (is_error and self.n_errors == 1):
             return  # enough for a person; but the only error among warnings is never lost
+        if self.counts_bytes and not span.text.isascii():
+            start, message = span.column - 1, _as_typed(message)
+            column, width = (len(_as_typed(part)) for part in (span.text[:start], span.text[start:][: span.width]))
+            span = Span(span.line, column + 1, _as_typed(span.text), max(width, 1))
         problem = span.problem(self.path, code, message, field=name, advice=advice, is_error=is_error)
         self.problems.append(problem)
 
@@ -72,6 +77,14 @@ class Report:
             raise InputFileError(errors)
         for problem in self.problems:
             warnings.warn(problem.render(), InputWarning, stacklevel=3)
+
+
+def _as_typed(text: str) -> str:
+    """A text whose characters are bytes, as an editor shows it where these are UTF-8."""
+    try:
+        return text.encode("latin-1").decode()
+    except UnicodeError:
+        return text
 
 
 class BadValueError(Exception):
@@ -201,7 +214,7 @@ SYNONYM = 2.0
 def nearest(name: str, known: Collection[str], *, at_least: float = 0.0) -> str:
     """The known name that people mean by `name`, or else the most similar one; "" below `at_least`."""
     name = name[:40].lower()
-    meant = [ours for ours, words in _MEANT.items() if ours in known and name in words.split()]
+    meant = [ours for ours, words in _MEANT.items() if ours in known and name.removesuffix("_deg") in words.split()]
 
     def likeness(candidate: str) -> float:
         return SequenceMatcher(None, name, candidate).ratio()
@@ -212,4 +225,4 @@ def nearest(name: str, known: Collection[str], *, at_least: float = 0.0) -> str:
 
 def remark_of(name: str) -> str:
     """A remark beside our name for `name`; usually empty."""
-    return _REMARKS.get(name.lower().rpartition("_")[2], "")
+    return next((_REMARKS[part] for part in reversed(name.lower().split("_")) if part in _REMARKS), "")

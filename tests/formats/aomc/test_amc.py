@@ -67,6 +67,27 @@ def test_lambbot_and_difcol_values():
         difcol.intensity[0] = 2
 
 
+@pytest.mark.parametrize("kind", ["lambbot", "difcol"])
+def test_lenient_takes_the_rows_of_the_count(kind):
+    """As the program, which reads no further."""
+    read = {"lambbot": read_lambbot, "difcol": read_difcol}[kind]
+    with pytest.warns(InputWarning, match=r"more_rows.inp:1:1: warning\[E203\]"):
+        table = read(DATA / f"{kind}/bad/more_rows.inp", n_wavebands=2, lenient=True)
+    assert (table.wavelength_nm if kind == "lambbot" else table.intensity).size == 2
+
+
+def test_lenient_does_not_save_values_that_no_scene_can_have():
+    for read, name in ((read_lambbot, "lambbot/bad/negative"), (read_difcol, "difcol/bad/fraction_high")):
+        with pytest.raises(InputFileError, match="E202"):
+            read(DATA / f"{name}.inp", lenient=True)
+
+
+def test_exponents_of_any_number_of_digits(tmp_path):
+    for digits, value in (("0" * 5000 + "2", 100.0), ("-" + "9" * 5000, 0.0)):
+        (tmp_path / "lambbot.inp").write_text(f"1\n1e{digits} 0 0\n")
+        assert read_lambbot(tmp_path / "lambbot.inp").wavelength_nm.tolist() == [value]
+
+
 def test_a_mistyped_label_is_no_displaced_line(tmp_path):
     text = (DATA / "amc/good/thirty_lines.inp").read_text()
     assert text.count("\n4)") == 1

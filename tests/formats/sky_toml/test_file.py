@@ -167,6 +167,35 @@ def test_hostile_files_cost_little(tmp_path, text):
     assert time.process_time() - start < MOST_CPU_S
 
 
+SLIPS = [
+    ("dni = .5", "0.5"), ("dni = 5.", "5"), ("dni = 007", "7"), ("dni = 1D3", "1000"), ("dni = 1,234.5", "1234.5"),
+    ("dni = 850 W m-2", "850  # W m-2"), ("dni : 850", "dni = 850"), ("disc = True", "true"), ("disc = no", "false"),
+    ("model = overcast", 'model = "overcast"'), ("perez:", "[perez]"), (r'file = "C:\sky\x.h5"', '"C:/sky/x.h5"'),
+    ("time = 2026-06-21T23:30", "a date, a time with seconds, and its zone: 2026-06-21T23:30:00Z"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("line", "advice"), SLIPS)
+def test_a_line_that_is_not_toml_gets_the_text_to_write(line, advice, tmp_path):
+    problem = problems_of(tmp_path / "sky.toml", f"[sun]\n{line}\n".encode()).problems[0]
+    assert (problem.code, problem.line, problem.advice) == ("E701", 2, f"write {advice}")
+
+
+def test_a_number_that_reads_as_a_date_is_no_time(tmp_path):
+    for number, expected in ((20260621, "1970-08-23"), (202606212330, "8390-")):
+        text = f'[[background]]\nfile = "x.h5"\ntime = {number}\n'
+        problem = problems_of(tmp_path / "sky.toml", text.encode()).problems[0]
+        assert (problem.code, problem.line, problem.column) == ("E704", 3, 8)
+        assert f"the time {expected}" in problem.message
+
+
+def test_more_light_than_the_sun_has_is_another_unit(tmp_path):
+    text = b"[sky]\ndirect_irradiance = [1.5, 610.0]\n"
+    problem = problems_of(tmp_path / "sky.toml", text).problems[0]
+    assert (problem.code, problem.line, problem.column) == ("E704", 2, 21)
+    assert problem.advice.startswith("write 0.61 for 610 mW m-2 nm-1")
+
+
 def test_many_problems_and_no_file(tmp_path):
     many = problems_of(tmp_path / "sky.toml", b"[perez]\n" + b"".join(b"key%d = 1\n" % k for k in range(3000)))
     assert len(many.problems) <= 200
@@ -253,6 +282,7 @@ def test_what_has_no_line_of_its_own_stands_with_its_key():
         ("perez", "turbidity", "the nearest is epsilon, the clearness of the sky: the model knows no turbidity"),
         ("perez", "dhii", "the nearest is dhi"),
         ("sun", "elevation", "the nearest is zenith_deg, 90 degrees less the elevation"),
+        ("sun", "elevation_deg", "the nearest is zenith_deg, 90 degrees less the elevation"),
         ("sun", "zenith", "the nearest is zenith_deg"),
         ("sun", "dni", "dni is a key of [perez]"),
         ("sky", "albedo", "the ground's albedo stands in the .atmo file alone"),

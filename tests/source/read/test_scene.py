@@ -123,6 +123,20 @@ def test_a_waveband_without_photons_is_named(tmp_path):
     assert scene.n_photons.tolist() == [0, 400_000, 0, 1, 400_000]
     assert scene.notes[-1] == "difcol.inp: no photons in wavebands 1, 3, where intensity x iterations is below 1/2"
     assert "no photons" not in str(sky.read_scene(INPUTS / "sun_and_sky", sky="uniform").notes)
+    (tmp_path / "difcol.inp").write_text("5\n" + "0.5 1e-7\n" * 5)
+    with pytest.raises(sky.SceneError, match=r"difcol.inp gives no photons"):
+        sky.read_scene(tmp_path, sky="uniform")
+    assert not sky.read_scene(tmp_path, compat="aomc").n_photons.any()  # as the program
+
+
+@pytest.mark.parametrize("compat", [None, "aomc"])
+@pytest.mark.parametrize("intensity", ["1e14", "1e300"])
+def test_too_many_photons_are_refused(intensity, compat, tmp_path):
+    """Beyond 2^62 and beyond 32-bit floats, without a warning of numpy."""
+    shutil.copytree(INPUTS / "sun_and_sky", tmp_path, dirs_exist_ok=True)
+    (tmp_path / "difcol.inp").write_text("5\n" + f"0.5 {intensity}\n" * 5)
+    with pytest.raises(sky.SceneError, match=r"must not exceed 2\^62 photons in a band, got 1e\+"):
+        sky.read_scene(tmp_path, sky="uniform", compat=compat)
 
 
 def test_no_diffuse_light_no_sky():

@@ -54,7 +54,7 @@ def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]
     return {
         Kind.SCENE: lambda path: _read_amc(path, lenient),
         Kind.LAMBBOT: lambda path: read_lambbot(path, lenient=lenient, **_beside(path, lenient, with_target=True)),
-        Kind.DIFCOL: lambda path: read_difcol(path, **_beside(path, lenient)),
+        Kind.DIFCOL: lambda path: read_difcol(path, lenient=lenient, **_beside(path, lenient)),
         Kind.TABLE: lambda path: read_skydist(path, lenient=lenient, max_memory_bytes=max_memory),
         Kind.SKY_TOML: lambda path: _read_toml(path, arguments),
         Kind.MCPL: check_mcpl,

@@ -22,9 +22,12 @@ from aomc_sky.formats.aomc.scanner import (
     ListScanner,
     Record,
     Token,
-    ask_micrometres,
+    ask_unit,
     both_values,
+    is_thousands,
     list_integer,
+    list_real,
+    no_number,
 )
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import read_lines
@@ -45,6 +48,7 @@ _COLUMNS = (
     "target reflectance",
     "target specular fraction",
 )
+_OWN_LINE = "write each row in a line of its own"
 _HIGHEST = (inf, 1.0, 1.0, 1.0, 1.0)
 
 
@@ -196,7 +200,7 @@ def read_amc(path: str | Path, *, lenient: bool = False) -> AmcConfig:
     With `lenient` such a value is the one of Fortran, with a warning. Values that Fortran refuses stay errors.
     """
     lines = read_lines(path)
-    report = Report(path=str(path), lenient=lenient)
+    report = Report(path=str(path), lenient=lenient, counts_bytes=True)
     values = read_fields(lines, fields_of_layout(has_polar_cap_line(lines)), report)
     report.close()
     return AmcConfig(**{name: _KINDS.get(name, lambda v: v)(value) for name, value in values.items()})
@@ -301,16 +305,18 @@ def _checked(reading: _Reading, report: Report) -> int | float | None:
     field, value, meant = reading.field, reading.value, reading.meant
 
     def note(code: str, message: str, advice: str, *, can_downgrade: bool = False) -> None:
+        advice += _column_remark(reading.span.text[:_START]) if code != "E102" else ""
         report.at(reading.span, code, message, name=field.title, advice=advice, can_downgrade=can_downgrade)
 
     if value is None or not math.isfinite(value):
         expected = "a whole number" if field.decimals is None else "a finite number with a decimal point"
-        message = f"'{reading.text.strip()}' is not {expected} (Fortran {reading.edit_descriptor})"
-        note("E107", message, _example(field, meant))
+        message = f"'{reading.text.strip(' ')}' is not {expected} (Fortran {reading.edit_descriptor})"
+        is_followed = meant is not None and len(reading.text) > len(reading.token) and field.width > 1
+        note("E107", message, _example(reading) + is_followed * f", and blanks up to column {_START + field.width}")
         return None
     if meant is None or meant != value:
         code, message = _difference(reading, value)
-        advice = _example(field, meant)
+        advice = _example(reading, has_place=code == "E108")
         if code == "E109" and meant is not None and field.decimals is None and field.is_allowed(value):
             advice += f", or {value}"  # the digits of 100 000 belong together, those of 12 1 do not
         note(code, message, advice, can_downgrade=True)
@@ -334,7 +340,7 @@ def _what_a_person_reads(line: str, field: Field) -> tuple[str, int]:
     else:
         beyond = [k for k in range(end, len(line)) if line[k] not in " \t"]
         before = line[:_START].rstrip()
-        if before and before[-1] in _NUMBER_CHARACTERS and ":" in before:
+        if before and before[-1] in _NUMBER_CHARACTERS and (":" in before or "\t" in before):
             first = last = len(before) - 1
         elif beyond:
             first = last = beyond[0]
@@ -342,7 +348,8 @@ def _what_a_person_reads(line: str, field: Field) -> tuple[str, int]:
             return "", FIRST_COLUMN
     while first > 0 and line[first - 1] in _NUMBER_CHARACTERS:
         first -= 1
-    while last + 1 < len(line) and line[last + 1] not in " \t":
+    ends = " \t(!#;" if field.width == 1 else " \t"  # Fortran reads no further, and neither does a person
+    while last + 1 < len(line) and line[last + 1] not in ends:
         last += 1
     return line[first : last + 1], first + 1
 
@@ -366,14 +373,33 @@ def _difference(reading: _Reading, value: float) -> tuple[str, str]:
     return "E109", f"'{reading.text.strip()}' can be read in two ways; {reads}"
 
 
-def _example(field: Field, meant: float | None) -> str:
+def _example(reading: _Reading, *, has_place: bool = False) -> str:
+    field = reading.field
     where = f"in column {FIRST_COLUMN}" if field.width == 1 else f"from column {FIRST_COLUMN} on"
-    if meant is None or not math.isfinite(meant) or not field.is_allowed(meant):
+    meant = _likely(reading.token, field) if reading.meant is None else [reading.meant]
+    texts = [str(one) if field.decimals is None else repr(float(one)) for one in meant if field.is_allowed(one)]
+    texts = [text if "." in text else text.replace("e", ".0e") for text in texts]
+    if not texts:
         return f"write {field.allowed} {where}"
-    text = str(meant) if field.decimals is None else repr(float(meant))
-    if len(text) > field.width:
+    if len(texts[0]) > field.width:
         return f"write a number of at most {field.width} characters"
-    return f"write {text}" + (f" {where}" if field.width == 1 else "")
+    return f"write {', or '.join(texts)}" + (f" {where}" if field.width == 1 or has_place else "")
+
+
+def _likely(word: str, field: Field) -> list[int | float]:
+    """What a person may mean by a word that Fortran does not read so: 1e6 and 1,000,000 are counts, 0,5 is a length."""
+    texts = [word.replace(",", ".")] * (field.decimals is not None or "," not in word)
+    numbers = [list_real(text) for text in [*texts, *[word.replace(",", "")] * is_thousands(word)]]
+    good = [one for one in numbers if one is not None and math.isfinite(one)]
+    return list(good) if field.decimals is not None else [int(one) for one in good if one == int(one)]
+
+
+def _column_remark(label: str) -> str:
+    """Why columns before the value are not those of an editor."""
+    letter = next((one for one in label.encode("latin-1").decode(errors="ignore") if not one.isascii()), "")
+    if "\t" in label:
+        return "; to Fortran a tab is one column"
+    return f"; to Fortran a letter such as {letter} is {len(letter.encode())} columns" if letter else ""
 
 
 def read_lambbot(
@@ -396,9 +422,12 @@ class DifcolTable:
     intensity: np.ndarray
 
 
-def read_difcol(path: str | Path, *, n_wavebands: int | None = None) -> DifcolTable:
-    """Read difcol.inp; `n_wavebands` is the count that amc.inp announces, to be compared."""
-    rows = read_band_rows(path, ("direct fraction", "intensity"), (1.0, inf), n_wavebands, lenient=False)
+def read_difcol(path: str | Path, *, n_wavebands: int | None = None, lenient: bool = False) -> DifcolTable:
+    """Read difcol.inp; `n_wavebands` is the count that amc.inp announces, to be compared.
+
+    With `lenient` more rows than the count are a warning.
+    """
+    rows = read_band_rows(path, ("direct fraction", "intensity"), (1.0, inf), n_wavebands, lenient=lenient)
     rows.flags.writeable = False
     return DifcolTable(direct_fraction=rows[:, 0], intensity=rows[:, 1])
 
@@ -408,38 +437,67 @@ def read_band_rows(
 ) -> np.ndarray:
     """Rows (n_band, n_column) of a file with one row per waveband, each value from 0 to the `highest` of its column."""
     lines = read_lines(path)
-    report = Report(path=str(path), lenient=lenient)
+    report = Report(path=str(path), lenient=lenient, counts_bytes=True)
     scanner = ListScanner(lines)
     head = scanner.record(0, 1)
-    n_rows = _read_count(head.tokens[0] if head.tokens else scanner.absent(1), n_wavebands, report)
+    count = head.tokens[0] if head.tokens else scanner.absent(1)
+    n_rows = _read_count(count, n_wavebands, report)
+    is_joined = n_rows > 0 and head.n_more >= len(names)  # whether a line goes on with the numbers of a row
+    if is_joined:
+        message = "a row is behind the count; Fortran ignores it"
+        report.at(head.behind, "E204", message, advice=_OWN_LINE, can_downgrade=True)
     rows = np.zeros((n_rows, len(names)))
     index = head.next_line
     first: list[Token] = []
-    for k in range(n_rows):
+    n_short = 0  # rows in pieces, which cannot be counted
+    while len(first) < n_rows:
         record = scanner.record(index, len(names))
-        first += record.tokens[:1]
         if not record.tokens and not record.ended_by_slash:
-            message = f"the first line says {n_rows} rows, but the file ends after {k}"
+            message = f"the first line says {n_rows} rows, but the file ends after {len(first)}"
             end = scanner.absent(max(len(lines), 1))
-            report.at(end, "E203", message, advice="add the missing rows, or correct the count")
+            advice = _OWN_LINE if is_joined else "add the missing rows, or correct the count"
+            report.at(end, "E203", message, advice=advice)
             break
+        if record.is_text:
+            message = f"'{record.tokens[0].word}' is not a row; Fortran stops here"
+            report.at(record.tokens[0], "E204", message, advice="remove the line, or write it after the rows")
+            index = record.tokens[0].line
+            if report.is_full:
+                break
+            continue
+        is_joined |= record.n_more >= len(names)
+        row = rows[len(first)]
+        first.append(record.tokens[0] if record.tokens else scanner.absent(record.next_line))
         is_short = len(record.tokens) < len(names)
         comma = None if is_short else record.decimal_comma()
         if comma is not None:
             column, span, message, advice = comma
             report.at(span, "E205", message, name=names[column], advice=advice)
         else:
-            _read_row(record, rows[k], names, highest, report)
+            _read_row(record, row, names, highest, report)
         if is_short:
             last = record.tokens[-1] if record.tokens else scanner.absent(record.next_line)
             _report_short(record, last, names, report)
+            n_short += 1
         index = record.next_line
         if report.is_full:
             break
+    if n_rows and len(first) == n_rows and not n_short:
+        _report_more_rows(count, n_rows, len(names), "\n".join(lines[index:]), report)
     if names[0] == _COLUMNS[0]:
-        ask_micrometres(list(zip(first, rows[:, 0].tolist(), strict=False)), "E202", report)
+        ask_unit(list(zip(first, rows[:, 0].tolist(), strict=False)), "E202", report)
     report.close()
     return rows
+
+
+def _report_more_rows(count: Token, n_rows: int, n_columns: int, rest: str, report: Report) -> None:
+    """Report lines after the last row that hold a row's numbers and no text."""
+    row = rf"^[ \t]*+(?:[+-]?[.0-9][.0-9eEdDqQ+-]*+[ \t,;\r]*+){{{n_columns},}}+$"
+    n_more = len(re.findall(row, rest, re.MULTILINE))
+    if n_more:
+        message = f"the first line says {n_rows} rows, but the file has {n_rows + n_more}"
+        advice = f"remove the last ones, or write {n_rows + n_more} here and in the last line of amc.inp"
+        report.at(count, "E203", message, name="count", advice=advice, can_downgrade=True)
 
 
 def _read_count(token: Token, n_wavebands: int | None, report: Report) -> int:
@@ -464,22 +522,26 @@ def _read_row(
             message = "the value is missing; Fortran does not set it"
             report.at(token, "E205", message, name=name, advice="write every value")
         elif value is None:
-            report.at(token, "E204", f"'{token.word}' is not a number", name=name, advice="write a number")
+            message, advice = no_number(token.word, is_short=len(record.tokens) < len(names))
+            report.at(token, "E204", message, name=name, advice=advice)
         elif not math.isfinite(value):
             report.at(token, "E202", f"{token.word} is not finite", name=name, advice="write a number")
         else:
             if not 0 <= value <= highest[k]:
                 allowed = f"0 to {highest[k]:g}" if math.isfinite(highest[k]) else "0 or more"
                 message, advice = f"{token.word} is outside the range {allowed}", f"write {allowed}"
-                report.at(token, "E202", message, name=name, advice=advice, can_downgrade=True)
+                may_pass = names[0] == _COLUMNS[0] and value > 0  # no scene has less than no light
+                report.at(token, "E202", message, name=name, advice=advice, can_downgrade=may_pass)
             row[k] = value
 
 
 def _report_short(record: Record, last: Token, names: tuple[str, ...], report: Report) -> None:
     n_values = len(record.tokens)
-    name = names[n_values]
+    span, name, advice = last.behind, names[n_values], "write all values of a waveband in one line"
     if record.ended_by_slash:
-        code, message = "E205", f"the row ends at the slash; {name} is not set"
+        code, message, advice = "E205", f"the row ends at the slash; {name} is not set", f"{advice}, without a slash"
+    elif record.first_word is not None:
+        return  # reported as such
     else:
         code, message = "E204", f"the row has {n_values} values, expected {len(names)}; {name} is missing"
-    report.at(last.behind, code, message, name=name, advice="write all values of a waveband in one line")
+    report.at(span, code, message, name=name, advice=advice)

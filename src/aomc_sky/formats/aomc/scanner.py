@@ -9,8 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 from aomc_sky.errors import Span
+from aomc_sky.formats.radiance_words import SURE_NM
 from aomc_sky.formats.report import Report
 from aomc_sky.inputs import in_nm
 
@@ -19,6 +21,10 @@ _REAL = re.compile(r"([+-]?)(\d*)(\.?)(\d*)(?:[eEdDqQ]([+-]?\d+)|([+-]\d+))?\Z")
 _PIECE = re.compile(r"[^ \t\r,;/]+|[,;/]")
 _BLANKS = re.compile(r"[ \t\r;]+")
 _INNER_COMMA = re.compile(r"(?<=\d),(?=\d)")
+_OF_NUMBERS = "+-.*0123456789"  #: the empty text is in it, too
+_EXPONENT = r"(?:[eEdDqQ][+-]?\d+)?"
+_MORE_DIGITS = re.compile(rf",\d[\d,]*(?:\.\d*)?{_EXPONENT}")
+_THOUSANDS = re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:,\d{{3}})+(?:\.\d*)?{_EXPONENT}\Z")
 _NON_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan(?:\([^)]*\))?)\Z", re.IGNORECASE)
 
 
@@ -70,7 +76,9 @@ def _fixed_real(field: str, decimals: int) -> float | None:
 
 
 def _bounded(exponent: str) -> int:
-    return max(-99_999, min(99_999, int(exponent)))
+    """An exponent of any number of digits, beyond 99 999 as this."""
+    size = min(99_999, int(exponent.lstrip("+-").lstrip("0")[:6] or 0))
+    return -size if exponent.startswith("-") else size
 
 
 def list_integer(text: str) -> int | None:
@@ -89,6 +97,19 @@ def list_real(text: str) -> float | None:
     return float(f"{parts[1]}{parts[2] or '0'}.{parts[4] or '0'}e{exponent}")
 
 
+def is_thousands(word: str) -> bool:
+    """Whether the commas of a word may part its thousands."""
+    return _THOUSANDS.match(word) is not None
+
+
+def no_number(word: str, *, is_short: bool) -> tuple[str, str]:
+    """Message and advice for a word that is no number, in a row that may be too short because two columns touch."""
+    advice = "write a blank between two numbers" if is_short and "*" not in word else "write a number"
+    if not word.isascii():
+        advice = "write plain digits, blanks and signs (ASCII)"
+    return f"'{word}' is not a number", advice
+
+
 def both_values(field: str, word: str, decimals: int | None) -> tuple[int | float | None, int | float | None]:
     """The value that Fortran reads in a field, and the one that a person reads in a word of it."""
     return fixed_value(field, decimals), list_integer(word) if decimals is None else list_real(word)
@@ -104,28 +125,58 @@ class Record:
     ended_by_slash: bool  #: A slash ended the record and left values unset
     rest: str  #: The text after the last value in its line
 
+    @property
+    def is_text(self) -> bool:
+        """Whether the line begins with a word that is meant as no number, such as the sign of a comment."""
+        if not self.tokens or self.tokens[0].word[:1] in _OF_NUMBERS:
+            return False
+        return len(self.tokens) == 1 or any(list_real(token.word) is None for token in self.tokens[1:])
+
+    @property
+    def first_word(self) -> Token | None:
+        """The first value that is not a number, as where two columns touch or are full of asterisks."""
+        return next((token for token in self.tokens if token.word and list_real(token.word) is None), None)
+
+    @property
+    def behind(self) -> Span:
+        """The place of the first word after the last value."""
+        text = self.tokens[-1].text
+        return Span(self.tokens[-1].line, len(text) - len(self.rest.lstrip(" \t,;")) + 1, text)
+
     def reals(self) -> list[float | None]:
         """The values as reals. A null value, and a word that is not a number, give None."""
         return [list_real(token.word) for token in self.tokens]
 
+    @property
+    def n_more(self) -> int:
+        """How many numbers follow the last value in its line, up to the first other word."""
+        words = self.rest.replace(",", " ").replace(";", " ").split()
+        return len(list(takewhile(lambda word: list_real(word) is not None, words)))
+
     def decimal_comma(self, *, at_end: bool = True) -> tuple[int, Span, str, str] | None:
-        """Index, span, message and advice for a value with a decimal comma, in a record that has all its values.
+        """Index, span, message and advice for a value with a comma inside, in a record that has all its values.
 
         A person reads one number in two cases. Either the line has as many words as the record has values, and each is
-        a number once its comma is a point. Or, `at_end`, the last value goes on after a comma.
+        a number once its comma is a point. Or, `at_end`, the digits of the last value go on after a comma, and all of
+        them are one number. Further columns behind commas, as in ``400,0,1,0.5,0.9``, are not.
         """
         n, last = len(self.tokens), self.tokens[-1]
         words = _BLANKS.split(last.text.strip(" \t\r;"))[:n]
         index = next((k for k, word in enumerate(words) if "," in word), n)
         if index < len(words) == n and all(list_real(_INNER_COMMA.sub(".", word)) is not None for word in words):
             word = words[index]
-        elif at_end and "." not in last.word and self.rest[:1] == "," and self.rest[1:2].isdigit():
-            index, word = n - 1, last.word + self.rest.split()[0]
+        elif at_end and "." not in last.word and (more := _MORE_DIGITS.match(self.rest)):
+            index, word = n - 1, last.word + more[0].rstrip(",")
         else:
             return None
+        decimal, whole = word.replace(",", ".", 1), word.replace(",", "")
+        meant = [decimal] * (list_real(decimal) is not None) + [whole] * is_thousands(word)
+        if not meant:
+            return None
         token = self.tokens[index]
-        message = f"'{word}' has a decimal comma; Fortran reads {token.word}"
-        return index, token.part(0, len(word)), message, f"write {word.replace(',', '.', 1)}"
+        what = "a decimal comma" if meant[0] == decimal else "a comma between its digits"
+        message = f"'{word}' has {what}; Fortran reads {token.word}"
+        return index, token.part(0, len(word)), message, f"write {', or '.join(meant)}"
 
 
 class ListScanner:
@@ -210,12 +261,21 @@ def _pieces(text: str, line: int) -> Iterator[tuple[Token, int]]:
             yield _token(text, line, start + 1, word), piece.end()
 
 
-def ask_micrometres(wavelengths: Sequence[tuple[Token, float]], code: str, report: Report) -> None:
-    """Report wavelengths such as 0.44 and 0.55; 0, 0.5, 1 to 30 are labels that people give their wavebands."""
-    if not any(value % 1 for _, value in wavelengths):
+def ask_unit(wavelengths: Sequence[tuple[Token, float]], code: str, report: Report) -> None:
+    """Report wavelengths that are all in another unit, such as 0.44 and 0.55, or 4400 and 5500.
+
+    0, 0.5, 1 to 30 are labels that people give their wavebands.
+    """
+    if all(value > SURE_NM for _, value in wavelengths):
+        lenient = "with --lenient it is nm"
+        questions = [
+            f"wavelengths are in nm, got {t.word} (angstroms?); write {v / 10:g}; {lenient}" for t, v in wavelengths
+        ]
+    elif any(value % 1 for _, value in wavelengths):
+        questions = [in_nm(value, token.word) for token, value in wavelengths]
+    else:
         return
-    questions = [(token, in_nm(value, token.word)) for token, value in wavelengths]
-    if all(question for _, question in questions):
-        for token, question in questions:
+    if all(questions):
+        for (token, _), question in zip(wavelengths, questions, strict=True):
             message, _, advice = question.partition("; ")
             report.at(token, code, message, name="wavelength", advice=advice, can_downgrade=True)

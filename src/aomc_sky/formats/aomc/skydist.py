@@ -6,14 +6,21 @@ import enum
 import math
 import re
 from dataclasses import dataclass
-from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
 
 from aomc_sky.errors import SceneError, Span
-from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, ask_micrometres, list_integer, list_real
-from aomc_sky.formats.report import Report, beyond_memory
+from aomc_sky.formats.aomc.scanner import (
+    ListScanner,
+    Record,
+    Token,
+    list_integer,
+    list_real,
+    no_number,
+)
+from aomc_sky.formats.aomc.sky_head import COUNTS, PLAIN_ROW, ROW, SkyHead, read_head
+from aomc_sky.formats.report import MAX_PROBLEMS, Report
 from aomc_sky.formats.text_file import read_bytes, split_lines, write_atomically
 from aomc_sky.record import same_content
 
@@ -120,7 +127,7 @@ def read_skydist(
     """
     data = read_bytes(path)
     for end in (data.find(b"\n", _HEAD_BYTES), None):  # a short piece is usually enough
-        report = Report(path=str(path), lenient=lenient, downgrade=downgrade)
+        report = Report(path=str(path), lenient=lenient, downgrade=downgrade, counts_bytes=True)
         if (head := read_head(split_lines(data[:end]), len(data), report, max_memory_bytes)) is not None:
             break
     if head is None:
@@ -181,17 +188,10 @@ def write_skydist(
     write_atomically(path, "".join([head, wavelengths, "\n", *rows, note]))
 
 
-MAX_BINS = 2**27
 _HEAD_BYTES = 262_144
 """A piece of this length, up to a line end, holds the header and the wavelengths of nearly every file."""
 MIN_ROW_BYTES = 8
-PATCH_BYTES, BIN_BYTES = 290, 24
-"""Memory of a run for each patch and for each of its bins: measured for 1e6 to 1.8e7 bins, 1 to 18 wavelengths."""
-
-_COUNTS = ("numskyelem", "sky_zenith", "sky_azimuth", "numskywave")
-_LOWEST = (1, 1, 0, 1)
-_ADVICE = "write four whole numbers in the first line"
-_TWICE = "list every wavelength once"
+_OWN_LINE = "write each row in a line of its own"
 _DECLARATION = re.compile(
     rb"^[ \t]*#[ \t]*aomc-sky[ \t]+bins=(equal|degrees)[ \t]+values=(radiance|mass)[ \t\r]*$", re.M
 )
@@ -199,141 +199,13 @@ _DECLARATION = re.compile(
 _NOTE = re.compile(rb"^[ \t]*#[ \t]*aomc-sky[ \t].*\b(?:bins|values)[ \t]*=.*$", re.M)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class SkyHead:
-    """Counts of the header, the wavelengths, and where the rows start."""
-
-    #: The four numbers of the header; azimuth indices run from 0 to `n_azimuth`
-    n_rows: int
-    n_zenith: int
-    n_azimuth: int
-    n_table: int
-    wavelength_nm: np.ndarray  #: float64 (n_table,), in file order
-    first_row: int  #: Index of the line after the wavelengths. [0-based]
-    count_token: Token  #: The row count
-
-
-def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: int | None = None) -> SkyHead | None:
-    """Read header and wavelengths; sizes are checked against file and memory before anything is allocated."""
-    scanner = ListScanner(lines)
-    record = scanner.record(0, 4)
-    counts = [_read_header_count(k, token, report) for k, token in enumerate(record.tokens)]
-    if len(counts) < 4:
-        last = record.tokens[-1] if record.tokens else scanner.absent(1)
-        message = f"the header has {len(counts)} numbers, expected {', '.join(_COUNTS)}"
-        report.at(last.behind, "E305", message, name=_COUNTS[len(counts)], advice=_ADVICE)
-        return None
-    if any(c is None for c in counts):
-        return None
-    n_rows, n_zenith, n_azimuth, n_table = (int(c) for c in counts if c is not None)
-    before = report.n_errors
-    _check_sizes((n_rows, n_zenith, n_azimuth, n_table), n_bytes, max_memory_bytes, record.tokens, report)
-    if report.n_errors > before:
-        return None
-    waves = scanner.record(record.next_line, n_table, over_many_lines=True)
-    if len(waves.tokens) < n_table:
-        end = min(waves.next_line + 1, max(len(lines), 1))
-        last = waves.tokens[-1] if waves.tokens else scanner.absent(end)
-        message = f"the header says {n_table} wavelengths, but there are {len(waves.tokens)}"
-        advice = "write as many wavelengths as the header says"
-        report.at(last.behind, "E303", message, name="wavelengths", advice=advice)
-        return None
-    wavelength = _read_wavelengths(waves, report)
-    if wavelength is None:
-        return None
-    behind = takewhile(lambda word: list_real(word) is not None, waves.rest.replace(",", " ").split())
-    if n_more := len(list(behind)):
-        message = f"the header says {n_table} wavelengths, but there are {n_table + n_more}"
-        advice = f"write {n_table + n_more}, or remove the numbers behind the last wavelength"
-        report.at(record.tokens[3], "E303", message, name=_COUNTS[3], advice=advice, can_downgrade=True)
-    return SkyHead(
-        n_rows=n_rows,
-        n_zenith=n_zenith,
-        n_azimuth=n_azimuth,
-        n_table=n_table,
-        wavelength_nm=wavelength,
-        first_row=waves.next_line,
-        count_token=record.tokens[0],
-    )
-
-
-def _read_header_count(k: int, token: Token, report: Report) -> int | None:
-    value = list_integer(token.word)
-    if value is None:
-        found = f"'{token.word}'" if token.word else "nothing"
-        report.at(token, "E305", f"found {found}, expected a whole number", name=_COUNTS[k], advice=_ADVICE)
-        return None
-    if value < _LOWEST[k]:
-        message = f"{value} is not possible, expected {_LOWEST[k]} or more"
-        report.at(token, "E304", message, name=_COUNTS[k], advice="correct the header")
-        return None
-    return value
-
-
-def _check_sizes(
-    counts: tuple[int, int, int, int], n_bytes: int, limit: int | None, tokens: tuple[Token, ...], report: Report
-) -> None:
-    """Report sizes that the file or the memory cannot hold; a table in memory has the bins that the file leaves out."""
-    n_rows, n_zenith, n_azimuth, n_table = counts
-    patches, before = n_zenith * (n_azimuth + 1), report.n_errors
-
-    def note(k: int, message: str, advice: str = "correct the header") -> None:
-        report.at(tokens[k], "E304", message, name=_COUNTS[k], advice=advice)
-
-    if n_table > n_bytes // 2 + 1:
-        note(3, f"{n_table} wavelengths do not fit into a file of {n_bytes} bytes")
-    bins = f"{n_zenith} x {n_azimuth + 1} x {n_table} = {patches * n_table} bins"
-    if patches * n_table > MAX_BINS:
-        note(1, f"{bins} are too many; the limit is {MAX_BINS}")
-    # a count that is a little too large is a wrong count (E303); this one is impossible for such a file
-    if n_rows > max(n_bytes, 64) * 1000:
-        note(0, f"{n_rows} rows do not fit into a file of {n_bytes} bytes")
-    if report.n_errors == before:
-        size, memory_advice = beyond_memory(patches * (PATCH_BYTES + BIN_BYTES * n_table), limit)
-        if size:
-            note(1, f"{bins} take {size}", f"correct the header, or {memory_advice}")
-
-
-def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:
-    if (comma := record.decimal_comma(at_end=False)) is not None:
-        _, span, message, advice = comma
-        report.at(span, "E306", message, name="wavelengths", advice=advice)
-        return None
-    before = report.n_errors
-    wavelength = np.zeros(len(record.tokens))
-    first_at: dict[float, int] = {}
-    for k, (token, value) in enumerate(zip(record.tokens, record.reals(), strict=True)):
-        if report.is_full:
-            break
-        if value is not None and math.isfinite(value) and value >= 0:
-            first = first_at.setdefault(value, k)
-            if first != k:
-                message, advice = f"{token.word} nm is listed twice, first as number {first + 1}", _TWICE
-                report.at(token, "E308", message, name="wavelengths", advice=advice, can_downgrade=True)
-            wavelength[k] = value
-            continue
-        if not token.word:
-            code, message = "E306", "a wavelength is missing; Fortran does not set it"
-        elif value is None:
-            code, message = "E305", f"'{token.word}' is not a number"
-        else:
-            code, message = "E302", f"{token.word} is not a wavelength"
-        report.at(token, code, message, name="wavelengths", advice="write a number of nm")
-    if report.n_errors == before:
-        ask_micrometres(list(zip(record.tokens, wavelength.tolist(), strict=True)), "E302", report)
-    return wavelength if report.n_errors == before else None
-
-
 _PIECE_ROWS = 1 << 14  # what is made of them stays in the cache, and other threads come to work between two pieces
 _COLUMNS = ("wavelength index", "zenith index", "azimuth index", "value")
-# A row of plain numbers; possessive, so that nothing is tried twice. Groups are greedy: Python 3.11.2 matches wrongly
-# where a possessive group gives up half-way. Nothing follows them that would make a greedy one try again.
-_ROW = (
-    r"[ \t]*+([0-9]{1,8}+)[ \t]++([0-9]{1,8}+)[ \t]++([0-9]{1,8}+)[ \t]++"
-    r"([+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?)[ \t\r]*+"
+#: A line of four numbers after other text: a row that is not counted
+_LATE_ROW = re.compile(
+    rb"^[ \t]*+[0-9]++[ \t,;]++[0-9]++[ \t,;]++[0-9]++[ \t,;]++[+-]?\.?[0-9][0-9.eEdDqQ+-]*+[ \t\r]*+$", re.M
 )
-_PLAIN_ROW = re.compile(rf"{_ROW}\Z")
-_PLAIN_ROWS = re.compile(rf"(?:{_ROW}(?:\n|\Z)){{1,{_PIECE_ROWS}}}".encode())
+_PLAIN_ROWS = re.compile(rf"(?:{ROW}(?:\n|\Z)){{1,{_PIECE_ROWS}}}".encode())
 
 
 def read_rows_fast(data: bytes, head: SkyHead) -> tuple[np.ndarray, np.ndarray] | None:
@@ -348,8 +220,8 @@ def read_rows_fast(data: bytes, head: SkyHead) -> tuple[np.ndarray, np.ndarray] 
         start = data.find(b"\n", start) + 1 or len(data)
     rows, start = plain_rows(data, start)
     rest = data[start:].lstrip()
-    if len(rows) != head.n_rows or (rest and not rest.startswith(b"#")):  # rows have to be counted
-        return None
+    if len(rows) != head.n_rows or (rest and (not rest.startswith(b"#") or _LATE_ROW.search(rest))):
+        return None  # rows have to be counted
     return _scattered(rows[:, :3].astype(np.int64).T, rows[:, 3], head)
 
 
@@ -394,6 +266,8 @@ def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarr
     scanner = ListScanner(lines)
     index = head.first_row
     n_read = 0
+    joined: list[Span] = []  # where a second row begins in a line
+    is_counted = True  # rows cannot be counted where one is in pieces
     while n_read < head.n_rows and not report.is_full:
         if _take_plain(index, lines, radiance, line, report):
             index += 1
@@ -402,21 +276,40 @@ def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarr
         record = scanner.record(index, 4)
         if not record.tokens and not record.ended_by_slash:
             break
+        if record.is_text:
+            first = record.tokens[0]
+            message = f"'{first.word}' is not a row; Fortran stops here"
+            report.at(first, "E305", message, advice="remove the line, or write it after the rows")
+            index = first.line
+            continue
         if len(record.tokens) < 4:
             last = record.tokens[-1] if record.tokens else scanner.absent(max(record.next_line, 1))
             _report_short(record, last, report)
-        elif (entry := _read_row(record, head, report)) is not None:
+            is_counted = False
+        elif record.n_more and record.n_more % 4 == 0 and _is_place(record.rest.replace(",", " ").split(), head):
+            joined.append(record.behind)
+        if len(record.tokens) == 4 and (entry := _read_row(record, head, report)) is not None:
             _store(entry, record.tokens[0], radiance, line, report)
         index = record.next_line
         n_read += 1
-    if not report.is_full:
-        _check_count(n_read, index, scanner, head, report)
+    if n_read == head.n_rows:
+        for span in joined[:MAX_PROBLEMS]:
+            message, advice = "a second row in the line; Fortran ignores it", _OWN_LINE
+            report.at(span, "E305", message, advice=advice, can_downgrade=True)
+    if not report.is_full and is_counted and (report.lenient or not joined or n_read < head.n_rows):
+        _check_count(n_read, index, scanner, head, report, is_joined=bool(joined))
     return radiance, line
+
+
+def _is_place(words: list[str], head: SkyHead) -> bool:
+    """Whether the first three words are the indices of a patch."""
+    indices = [list_integer(word) for word in words[:3]]
+    return all(k is not None and low <= k <= high for k, (low, high) in zip(indices, head.bounds, strict=True))
 
 
 def _take_plain(index: int, lines: list[str], radiance: np.ndarray, line: np.ndarray, report: Report) -> bool:
     """Store a row of four good plain numbers, as most rows of a broken file are; otherwise return False."""
-    plain = _PLAIN_ROW.match(lines[index]) if index < len(lines) else None
+    plain = PLAIN_ROW.match(lines[index]) if index < len(lines) else None
     if plain is None:
         return False
     wave, zenith, azimuth, value = int(plain[1]), int(plain[2]), int(plain[3]), float(plain[4])
@@ -434,15 +327,13 @@ def _take_plain(index: int, lines: list[str], radiance: np.ndarray, line: np.nda
 
 
 def _read_row(record: Record, head: SkyHead, report: Report) -> tuple[int, int, int, float] | None:
-    highest = (head.n_table, head.n_zenith, head.n_azimuth)
-    lowest = (1, 1, 0)
     comma = record.decimal_comma(at_end=False)
     if comma is not None and comma[0] < 3:
         k, span, message, _ = comma
         report.at(span, "E306", message, name=_COLUMNS[k], advice="write a whole number")
         return None
     indices: list[int] = []
-    for k in range(3):
+    for k, (lowest, highest) in enumerate(head.bounds):
         token = record.tokens[k]
         value = list_integer(token.word)
         if not token.word:
@@ -450,9 +341,9 @@ def _read_row(record: Record, head: SkyHead, report: Report) -> tuple[int, int, 
         elif value is None:
             message = f"'{token.word}' is not a whole number"
             report.at(token, "E305", message, name=_COLUMNS[k], advice="write a whole number")
-        elif not lowest[k] <= value <= highest[k]:
-            message = f"{value} is outside {lowest[k]} to {highest[k]}, the range in the header"
-            advice = f"write {lowest[k]} to {highest[k]}, or correct the header"
+        elif not lowest <= value <= highest:
+            message = f"{value} is outside {lowest} to {highest}, the range in the header"
+            advice = f"write {lowest} to {highest}, or correct the header"
             report.at(token, "E301", message, name=_COLUMNS[k], advice=advice)
         else:
             indices.append(value)
@@ -471,7 +362,7 @@ def _read_value(record: Record, report: Report) -> float | None:
         code, advice = "E305", "write the value out"
         message = "the repeat count covers an index and the value; Fortran refuses this"
     elif number is None:
-        code, message, advice = "E305", f"'{token.word}' is not a number", "write a number"
+        code, (message, advice) = "E305", no_number(token.word, is_short=False)
     elif (comma := record.decimal_comma()) is not None:
         code, (_, span, message, advice) = "E306", comma
     elif not math.isfinite(number) or number < 0:
@@ -491,12 +382,15 @@ def _report_missing(record: Record, k: int, report: Report) -> None:
 
 def _report_short(record: Record, last: Token, report: Report) -> None:
     n_values = len(record.tokens)
+    span, name, advice = last.behind, _COLUMNS[n_values], "write the four values of a row in one line"
     if record.ended_by_slash:
-        code, message = "E306", f"the row ends at the slash; {_COLUMNS[n_values]} is not set"
+        code, message, advice = "E306", f"the row ends at the slash; {name} is not set", f"{advice}, without a slash"
+    elif (word := record.first_word) is not None:
+        code, span, name, message, advice = "E305", word, "", *no_number(word.word, is_short=True)
     else:
         code, message = "E305", f"the row has {n_values} values, expected 4 (wavelength, zenith, azimuth, value)"
-    advice = "write the four values of a row in one line"
-    report.at(last.behind, code, message, name=_COLUMNS[n_values], advice=advice)
+        advice += ", with blanks between them"
+    report.at(span, code, message, name=name, advice=advice)
 
 
 def _store(
@@ -507,17 +401,20 @@ def _store(
     earlier = int(line[where])
     if earlier and radiance[where] != value:
         row = first.part(0, len(first.text.rstrip()) - first.column + 1)
-        message = f"this patch has {value:g} here and {radiance[where]:g} in line {earlier}"
+        here, before = (repr(float(one)).removesuffix(".0") for one in (value, radiance[where]))
+        message = f"this patch has {here} here and {before} in line {earlier}"
         advice = "list every patch once; with --lenient the last value is used"
         report.at(row, "E309", message, advice=advice, can_downgrade=True)
     radiance[where] = value
     line[where] = first.line
 
 
-def _check_count(n_read: int, index: int, scanner: ListScanner, head: SkyHead, report: Report) -> None:
-    extra = 0
+def _check_count(
+    n_read: int, index: int, scanner: ListScanner, head: SkyHead, report: Report, *, is_joined: bool
+) -> None:
+    extra, lines = 0, scanner.lines
     while n_read == head.n_rows:
-        if index < len(scanner.lines) and _PLAIN_ROW.match(scanner.lines[index]):  # the scanner takes 10 us for a row
+        if index < len(lines) and PLAIN_ROW.match(lines[index]):  # the scanner takes 10 us for a row
             extra += 1
             index += 1
             continue
@@ -525,10 +422,19 @@ def _check_count(n_read: int, index: int, scanner: ListScanner, head: SkyHead, r
         tokens = record.tokens
         is_row = len(tokens) == 4 and all(list_integer(t.word) is not None for t in tokens[:3])
         if not is_row or list_real(tokens[3].word) is None:
+            extra += len(_LATE_ROW.findall("\n".join(lines[index:]).encode("latin-1")))
             break
         extra += 1
         index = record.next_line
-    if extra or n_read < head.n_rows:
-        message = f"the header says {head.n_rows} rows, the file has {n_read + extra}"
-        advice = f"write {n_read + extra}"
-        report.at(head.count_token, "E303", message, name="numskyelem", advice=advice, can_downgrade=True)
+    found = n_read + extra
+    if found == head.n_rows:
+        return
+    message = f"the header says {head.n_rows} rows, the file has {found}"
+    token, name, advice = head.count_tokens[0], COUNTS[0], f"write {found}" if found else "add the rows"
+    if is_joined:
+        advice = _OWN_LINE
+    if head.n_swallowed and head.n_swallowed == head.n_rows - found:
+        n_table = head.n_table - 4 * head.n_swallowed
+        message = f"the header says {head.n_table} wavelengths, but {n_table} stand before the rows"
+        token, name, advice = head.count_tokens[3], COUNTS[3], f"write {n_table}"
+    report.at(token, "E303", message, name=name, advice=advice, can_downgrade=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
 import os
 import re
 import tomllib
@@ -119,12 +121,50 @@ def _parsed(text: str, report: Report) -> tuple[dict[str, Any], SpansOfKeys]:
     lines = text.rstrip("\n").split("\n")
     line, column = (int(match[1]), int(match[2])) if match and match[1] else (len(lines), len(lines[-1]) + 1)
     shown = lines[line - 1] if line <= len(lines) else ""
-    message = f"not TOML: {message[:1].lower()}{message[1:]}"
-    is_comma = shown[column - 2 : column - 1].isdigit() and shown[column - 1 : column] == ","
-    advice = "write a decimal point" if is_comma else "see docs/formats/sky_toml.md"
-    report.at(Span(line, column, shown), "E701", message, advice=advice)
+    if message == "Cannot overwrite a value" or message.endswith(" twice"):
+        span, name = Span(line, 1, shown, max(len(shown.rstrip()), 1)), shown.partition("=")[0].strip()
+        report.at(span, "E701", f"{name} stands twice", advice="write each key and each section once")
+    else:
+        message = f"not TOML: {message[:1].lower()}{message[1:]}"
+        report.at(Span(line, column, shown), "E701", message, advice=_syntax_advice(shown, column))
     report.close()
     raise AssertionError("a report with an error raises")
+
+
+_COLON = re.compile(r"\s*([A-Za-z_]\w*)\s*:(?: (.*))?\Z")
+_TRUE, _FALSE = ("true", "yes", "on"), ("false", "no", "off")
+_ASSIGN = "write a name, = and a value; a comment begins with #"
+_SEE = "see docs/formats/sky_toml.md"
+
+
+def _syntax_advice(line: str, column: int) -> str:
+    """What to write for a line that is not TOML at a column. [from 1]"""
+    if colon := _COLON.match(line):
+        return f"write {colon[1]} = {colon[2].strip()}" if colon[2] else f"write [{colon[1]}]"
+    key, equals, value = (part.strip() for part in line.partition("="))
+    if not equals or column <= line.index("="):
+        return _ASSIGN if line.strip()[:1] not in "-+.0123456789[]{}\"',#" else _SEE
+    value = value.partition("#")[0].strip()
+    if value[:1] == '"' and "\\" in value:
+        return "write {}".format(value.replace("\\", "/"))
+    if re.match(r"\d{1,4}[-./]\d\d?[-./]\d", value):
+        return "write a date, a time with seconds, and its zone: 2026-06-21T23:30:00Z"
+    if value.lower() in (*_TRUE, *_FALSE):
+        return f"write {str(value.lower() in _TRUE).lower()}"
+    word, _, rest = value.partition(" ")
+    if line[column - 1 : column] == "," and "." not in word:
+        return "write a decimal point"
+    point = word.replace(",", "" if "." in word else ".")
+    with contextlib.suppress(ValueError):
+        number = float(re.sub(r"[dD](?=[+-]?\d)", "e", point))
+        if math.isfinite(number):
+            return f"write {number!r}".removesuffix(".0") + (f"  # {rest.strip()}" if rest else "")
+    return f'write {key} = "{value}"' if re.fullmatch(r"[A-Za-z][\w./-]*", value) else _SEE
+
+
+def _header(section: str) -> str:
+    """The line that begins a section."""
+    return f"[[{section}]]" if section in REPEATED else f"[{section}]"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -196,9 +236,10 @@ class SectionReader:
     def _check_required(self, section: str, content: dict[str, Any], path: tuple[str, ...]) -> None:
         missing = [name for name in REQUIRED.get(section, ()) if name not in content]
         if missing and all(name in KEYS[section] for name in content):  # else a name is misspelt, and reported
-            shown = f"[[{section}]]" if section in REPEATED else f"[{section}]"
             span = self.spans[path].key
-            self.report.at(span, "E705", f"{shown} without {joined(missing)}", advice=f"add {joined(missing)}")
+            self.report.at(
+                span, "E705", f"{_header(section)} without {joined(missing)}", advice=f"add {' and '.join(missing)}"
+            )
 
     def _allowed_path(self, name: str, key: str, span: Span) -> str:
         """The path as it can be opened, if it lies below an allowed folder, links followed."""
@@ -233,8 +274,8 @@ class SectionReader:
             self.report.at(span, "E702", f"{name} is a key of [{owner}]", advice=f"write it below [{owner}]")
         else:
             best = nearest(name, KEYS)
-            known = ", ".join(f"[[{section}]]" if section in REPEATED else f"[{section}]" for section in KEYS)
-            message = f"there is no section {shown_value(name)}; the nearest is [{best}]"
+            known = ", ".join(map(_header, KEYS))
+            message = f"there is no section {shown_value(name)}; the nearest is {_header(best)}"
             self.report.at(span, "E702", message, advice=f"this version reads {known}")
 
     def check_sets(self, content: dict[str, Any]) -> None:

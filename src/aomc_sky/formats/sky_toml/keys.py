@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import math
+import re
 import sys
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
@@ -20,6 +21,9 @@ EARLIEST_S = -62_135_596_800.0
 _LIKELY = 0.6  # likeness of a name from which it is named as the nearest
 _MAX_TEXT = 1000
 _TIMES = "write 2026-06-21T23:30:00Z, 2026-06-22T01:30:00+02:00, or seconds since 1970-01-01 UTC"
+
+_DATE = re.compile(r"(?:19|20)\d\d(?:0[1-9]|1[0-2])(?:0[1-9]|[12]\d|3[01])(?:[0-2]\d[0-5]\d)?\Z")
+"""Digits of a date such as 20260621, with or without hours and minutes."""
 
 Rule = Callable[[object], Any]
 """Returns a good value in the form of later use; BadValueError (E703, E704) for any other value."""
@@ -164,7 +168,10 @@ def time(value: object) -> float:
     """Read a point in time with its zone, as seconds since 1970-01-01 UTC."""
     if isinstance(value, (int, float)):
         try:
-            return float(number(EARLIEST_S, LATEST_S)(value))
+            seconds = float(number(EARLIEST_S, LATEST_S)(value))
+            if _DATE.match(str(value)):
+                raise BadValueError("E704", f"{value} would be the time {moment_text(seconds)} (a date?)")
+            return seconds
         except BadValueError as problem:
             problem.advice = _TIMES
             raise
@@ -192,11 +199,21 @@ def several(rule: Rule, *, or_one: bool = False) -> Rule:
         if not value:
             raise BadValueError("E704", "the array is empty", advice="write a value, or leave the key out")
         gathered = Gathered()
-        good = tuple(gathered.attempt(partial(rule, element)) for element in value)
+        good = tuple(gathered.attempt(partial(_element, rule, k, value)) for k in range(len(value)))
         gathered.close()
         return good
 
     return read
+
+
+def _element(rule: Rule, index: int, values: list[object]) -> Any:
+    """The value of an element of an array; the message of a bad one says which it is."""
+    try:
+        return rule(values[index])
+    except BadValueError as problem:
+        if len(values) > 1:
+            problem.message = f"value {index + 1}: {problem.message}"
+        raise
 
 
 def signs(value: object) -> tuple[float, float]:
@@ -276,7 +293,20 @@ SPECTRL2 = "spectrl2"
 _GROUPS = (("dni", "dhi", "ghi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
 _SETS_TEXT = "dni + dhi, ghi + dni, ghi + dhi, epsilon + delta, or a, b, c, d, e"
 
-_SPECTRUM = several(number(0, 10_000))
+_MOST_OF_SUN = 20.0
+"""A spectral irradiance that no sun gives: it has 2.3 W m-2 nm-1 outside the atmosphere."""
+
+
+def spectral_irradiance(value: object) -> float:
+    """Read an irradiance per nm; one that is too large for the sun by a factor is in another unit."""
+    if isinstance(value, (int, float)) and _MOST_OF_SUN < value < 10_000:
+        message = f"{shown_value(value)} W m-2 nm-1 is more than the sun has outside the atmosphere, 2.3 at most"
+        advice = f"write {value / 1000:g} for {value:g} mW m-2 nm-1, and an irradiance per nm"
+        raise BadValueError("E704", message, advice=advice)
+    return float(number(0, _MOST_OF_SUN)(value))
+
+
+_SPECTRUM = several(spectral_irradiance)
 DIFFUSE_MODELS = ("perez", "uniform", "none")
 """Our laws of the diffuse sky; "none": neither sun nor sky, the backgrounds alone shine."""
 INTERPOLATIONS = ("crossfade", "slerp")

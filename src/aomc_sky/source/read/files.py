@@ -141,7 +141,7 @@ def read_scene_files(path: str | os.PathLike[str], given: LightInputs, reading: 
         downgrade = frozenset({"E308"}) if compat else frozenset()
         table = folder.attempt(read_skydist, folder.beside("skydist"), downgrade=downgrade, **how)
     if light is LightSource.MODEL and (compat is not None or (sky != "none" and folder.has("difcol.inp"))):
-        difcol = folder.attempt(read_difcol, folder.beside("difcol"), n_wavebands=n)
+        difcol = folder.attempt(read_difcol, folder.beside("difcol"), n_wavebands=n, lenient=lenient)
     toml_files = {}
     if toml is not None:
         sun = given.sun.over(toml.sun)

@@ -313,13 +313,17 @@ def _photons(files: SceneFiles, light: Light, compat: str | None) -> np.ndarray:
     if intensity is None:
         return np.full(files.bands.n_bands, iterations, dtype=np.int64)
     if compat:  # NINT of a product of 32-bit floats
-        product = intensity.astype(np.float32) * np.float32(iterations)
-        return np.floor(product.astype(np.float64) + 0.5).astype(np.int64)
-    # round half up, exact in the decimals of the file
-    exact = [math.floor(Fraction(repr(float(x))) * iterations + Fraction(1, 2)) for x in intensity]
+        with np.errstate(over="ignore"):  # is infinite, which is refused below
+            product = intensity.astype(np.float32) * np.float32(iterations)
+        exact = np.floor(product.astype(np.float64) + 0.5).tolist()
+    else:  # round half up, exact in the decimals of the file
+        exact = [math.floor(Fraction(repr(float(x))) * iterations + Fraction(1, 2)) for x in intensity]
     if max(exact) > MAX_PHOTONS:
         found = f"{max(intensity):g} x {iterations}"
         raise SceneError(f"intensity x iterations must not exceed 2^62 photons in a band, got {found}")
+    if not any(exact) and not compat:
+        reason = "intensity x iterations is below 1/2 in every waveband"
+        raise SceneError(f"difcol.inp gives no photons: {reason}; write larger intensities, or more iterations")
     return np.array(exact, dtype=np.int64)
 
 
