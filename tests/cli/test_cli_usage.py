@@ -236,7 +236,7 @@ OTHERS = {
     (3, "plot nosuch --quantity dop"): "E100",
     (3, "plot nosuch --time 3"): "E100",
     (4, "run scene --out new --iterations 10 --replicates 11"): "too few for 11 replicates",
-    (4, f"run perez --out new {EPW} --row 1"): "the nearest row with a sun is 5",
+    (4, f"run perez --out new {EPW} --row 1"): "the nearest row with light is 5",
     (4, "run perez --out new --time 2026-06-21T00:30:00Z --latitude 54.18 --longitude 7.89"):
         "below the horizon there; take an hour of the day",
     (4, f"run perez --out new {TIME} --ghi 700 --dhi 900"): "dhi 900 W m-2 is more than ghi 700",
