@@ -51,7 +51,7 @@ def test_two_skies_with_exact_cells_are_refused():
     """Each way that the sentences name is a scene."""
     bands, model = {"wavebands": [500.0], "n_photons": 10}, sky.PerezSky(sun_zenith_rad=0.7, epsilon=8.0, delta=0.1)
     one = model.lower(500)[0]
-    with pytest.raises(sky.SceneError, match="names must differ, got .* name="):
+    with pytest.raises(sky.SceneError, match=r"names must differ, got .* name="):
         sky.Scene(**bands, components=(one, one))
     with pytest.raises(sky.SceneError, match=r"'perez' and 'second' are of law PEREZ, of which a scene can have one"):
         sky.Scene(**bands, components=(one, dataclasses.replace(one, name="second")))
