@@ -136,8 +136,8 @@ class PerezSky(Share):
         values = self._given_coefficients() if self.coefficients is not None else self._modelled_coefficients()
         if values[2] != 0 and values[3] < _STEEPEST:
             raise SceneError(
-                f"the coefficient d must be {_STEEPEST:g} or more, got {values[3]:g} ({self._inputs()}): an aureole that "
-                "narrow is not the sky's; write c = 0 and add a beam, or limits 'radiance' for epsilon and Delta"
+                f"the coefficient d must be {_STEEPEST:g} or more, got {values[3]:g} ({self._inputs()}): an aureole "
+                "that narrow is not the sky's; write c = 0 and add a beam, or limits 'radiance' for epsilon and Delta"
             )
         if values[1] > 0:
             self._warn(f"b = {values[1]:.4g} makes the horizon infinitely bright or dark and was set to 0")
