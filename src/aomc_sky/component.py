@@ -264,7 +264,7 @@ class CellLaw:
     is_beam: bool = False  #: Whether the light comes from one direction or a disc.
     needs_patches: bool = False  #: Whether a component must have a grid.
     has_slopes: bool = False  #: Whether it has `Component.slope`.
-    instead: str = ""  #: Advice for further components, where a scene can have one component of the law.
+    instead: str = ""  #: What further components can be, where a scene can have one component of the law.
     leave_out: str = ""  #: How to take the component out of a scene, for a program that does not know its law.
     #: Shapes of `Component.shared` and `bounds`, from the numbers of cells and of rows of `bounds`.
     tables: Callable[[int, int], tuple[tuple[int, ...], tuple[int, ...]]] | None = None

@@ -91,7 +91,9 @@ def test_raw_says_its_columns(tmp_path, told, name, words, columns):
     amc, out = copy_scene(name, tmp_path), tmp_path / "out"
     words = ("--iterations", 100, "--waveband", 1, "--format", "raw", "--format", "npy", "--out", out, *words)
     said = f"{', '.join(columns)} (float32, little-endian)"
-    assert f"a raw record: {said}" in told("run", amc, *words).out
+    shown = told("run", amc, *words).out
+    assert f"a raw record: {said}" in shown
+    assert ("count each photon once, whatever its weight" in shown) == ("weight" in columns)
     raw = np.fromfile(out / "photons-0001.raw", dtype="<f4").reshape(100, len(columns))
     files = [out / f"{file}-0001.npy" for file in ("photons", "positions", "weights")]
     stored = [np.load(path).reshape(100, -1) for path in files if path.exists()]

@@ -242,7 +242,7 @@ OTHERS = {
     (4, f"run scene --out new --format none --iterations {2**63 - 1}"): f"from 1 to 2^62, got {2**63 - 1}",
     (4, f"run scene --out new --format none --iterations {2**62 + 1}"): f"from 1 to 2^62, got {2**62 + 1}",
     (4, "run scene --out new --iterations 10 --replicates 11"): "too few for 11 replicates",
-    (4, f"run perez --out new {EPW} --row 1"): "the nearest row with a sun is 5",
+    (4, f"run perez --out new {EPW} --row 1"): "the nearest row with light is 5",
     (4, "run perez --out new --time 2026-06-21T00:30:00Z --latitude 54.18 --longitude 7.89"):
         "below the horizon there; take an hour of the day",
     (4, f"run perez --out new {TIME} --ghi 700 --dhi 900"): "dhi 900 W m-2 is more than ghi 700",

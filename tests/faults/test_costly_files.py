@@ -42,7 +42,11 @@ def test_a_given_limit_is_one_of_files_and_plans_too(fault, scene, tmp_path, cap
     (scene / "skydist.inp").write_text("3 160 399 1\n550.0\n1 1 0 1.0\n1 2 1 1.0\n1 160 399 2.0\n")
     words = ["run", scene, "--iterations", 1000, "-q", "--out", tmp_path / "out"]
     assert command(*words, "--max-memory", "17M") == 3
-    assert "64000 bins take about 19 MiB of memory, more than the 17 MiB of --max-memory" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "64000 bins take about 19 MiB of memory, more than the 17 MiB of --max-memory" in said
+    assert command(*words, "--max-memory", "30M") == 2  # the table fits, its run does not
+    for text in (said, capsys.readouterr().err):
+        assert "write --max-memory 1G (in Python max_memory_bytes=1 * 2**30)" in text
     assert command(*words, "--max-memory", "1G") == 0
     assert set(launched(tmp_path / "out").values()) == {1000}
 

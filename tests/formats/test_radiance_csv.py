@@ -216,6 +216,9 @@ def test_lines_of_a_head(head, tmp_path):
     assert points["sky_azimuth_deg"][0] == 0.0
     assert points["radiance"][0] == 0.002
     assert points["sun_azimuth_deg"] == (None if LINES[head] is None else pytest.approx(LINES[head]))
+    other = read_radiance_points(path, sun_azimuth_deg=20.0)
+    assert other["sun_azimuth_deg"] == 20.0
+    assert any("in place of" in remark for remark in other["remarks"]) == (LINES[head] is not None)
 
 
 def test_a_mark_that_is_no_decimal_point_elsewhere_is_a_question(tmp_path):

@@ -114,8 +114,9 @@ def test_a_roughness_whose_photons_overflow_is_refused(roughness):
 
 
 @pytest.mark.parametrize("roughness", [(1e-30, 1e-30), (1e30, 1e30), (1e-10, 1e10), (1e20, 1.0)])
-def test_photons_of_the_roughest_and_the_smoothest_lobes_travel_downward(roughness):
-    glow = sky.LobeSky(lobes=(rough(*roughness),))
+@pytest.mark.parametrize("as_stored", [np.float64, np.float32])
+def test_photons_of_the_roughest_and_the_smoothest_lobes_travel_downward(roughness, as_stored):
+    glow = sky.LobeSky(lobes=(rough(*np.array(roughness, as_stored).tolist()),))
     photons = sky.Scene(wavebands=[550.0], n_photons=1000, components=glow).source(seed=1).photons(0, 0, 1000)
     assert np.all(photons.uz <= 0)
     assert np.all(np.isfinite(photons.ux + photons.uy))

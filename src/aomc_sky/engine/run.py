@@ -13,6 +13,7 @@ from typing import Any, BinaryIO
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageError, require_kind
 from aomc_sky.float_mode import in_default_mode
+from aomc_sky.formats.report import more_memory
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands, counts_file
 from aomc_sky.outputs.manifest import (
@@ -298,5 +299,5 @@ def check_memory(source: PhotonSource, options: JobOptions) -> None:
     if plan + chunks > options.max_memory_bytes:
         raise UsageError(
             f"this run needs about {(plan + chunks) / 2**20:.0f} MiB besides Python, more than --max-memory allows; "
-            "use fewer threads or larger cells"
+            f"use fewer threads or larger cells, or {more_memory(plan + chunks)}"
         )

@@ -437,9 +437,13 @@ class _Table:
 
     def _sun(self, name: str, high: float) -> float | None:
         """An angle of the sun from an option or the head. [deg]"""
-        if self.sun[name] is not None or name not in self.head:
-            return self.sun[name]
+        given = self.sun[name]
+        if name not in self.head:
+            return given
         text, span = self.head[name]
+        if given is not None:
+            self.remarks.append(f"{name.replace('_', ' ')} {given:.7g} degrees, in place of {quoted(text)} of the file")
+            return given
         match = re.fullmatch(r"(-?(?:\d+\.?\d*|\.\d+))\s*(deg(?:rees)?\b|°|rad(?:ians?)?\b|),?\s*(.*)", text)
         unit = plain_unit(match[2] or self.head.get("angle", ("deg",))[0]) if match else ""
         value = round(float(match[1]) * ANGLE_DEGREES.get(unit, np.nan), _DIGITS) if match else np.nan

@@ -141,9 +141,13 @@ def beyond_memory(n_bytes: int, limit_bytes: int | None) -> tuple[str, str]:
     if n_bytes <= max(limit, _FREE_BYTES):
         return "", ""
     size, most = (f"{n / 2**20:.0f} MiB" if n < 2**30 else f"{n / 2**30:.1f} GiB" for n in (n_bytes, limit))
-    return f"about {size} of memory, more than the {most} of --max-memory", (
-        f"write --max-memory {-(-n_bytes * 5 // 4 // 2**30)}G"
-    )
+    return f"about {size} of memory, more than the {most} of --max-memory", more_memory(2 * n_bytes)
+
+
+def more_memory(n_bytes: int) -> str:
+    """Advice to allow as much memory, on the command line and in Python."""
+    gigabytes = -(-n_bytes // 2**30)
+    return f"write --max-memory {gigabytes}G (in Python max_memory_bytes={gigabytes} * 2**30)"
 
 
 def outside(shown: str, allowed: str, *, offset: int = 0, width: int = 0) -> BadValueError:

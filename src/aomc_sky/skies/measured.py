@@ -265,7 +265,7 @@ class RadianceField(Share):
         if self.has_wavelength and outside.size:
             measured = f"wavelengths {known[0]:g} to {known[-1]:g}" if known.size > 1 else f"wavelength {known[0]:g}"
             warnings.warn(
-                f"measured sky: {outside.size} of {nm.size} wavebands, such as {outside[0]:g} nm, lie outside the "
+                f"measured sky: {outside.size} of {nm.size} wavebands, such as {outside[0]:.12g} nm, lie outside the "
                 f"measured {measured} nm; they have the sky of the nearest one",
                 InputWarning,
                 stacklevel=5,

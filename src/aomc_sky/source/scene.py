@@ -142,10 +142,17 @@ class Scene:
             raise SceneError("a scene needs at least one component that shines")
         names = [c.name for c in self.components]
         if len(set(names)) != len(names):
-            raise SceneError(f"component names must differ, got {names}")
+            raise SceneError(
+                f"component names must differ, got {names}; to rename a model's, give its model.lower(wavelength_nm), "
+                'each as dataclasses.replace(component, name="...")'
+            )
         laws = [c.law for c in self.components]
         for law in (law for law in laws if laws.count(law) > 1 and law_of(law).instead):
-            raise SceneError(f"a scene can have one component of law {law.name}; give the others {law_of(law).instead}")
+            of_law = " and ".join(repr(c.name) for c in self.components if c.law is law)
+            raise SceneError(
+                f"components {of_law} are of law {law.name}, of which a scene can have one; the others can be "
+                f"{law_of(law).instead}"
+            )
         n_rows = {c.strength.size for c in self.components}
         if len(n_rows) != 1:
             raise SceneError(f"components must have equally many rows, got {sorted(n_rows)}")

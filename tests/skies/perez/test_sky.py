@@ -122,6 +122,8 @@ def test_a_sky_without_light_is_an_error(coefficients: tuple[float, ...]) -> Non
         ({"coefficients": np.ones(4)}, SceneError, "five numbers"),
         ({"coefficients": [1, -1, np.nan, 0, 0]}, SceneError, "finite"),
         ({"coefficients": [1, -1, 1, 400.0, 0]}, SceneError, "finite"),
+        ({"coefficients": [0, 0, 1, -200.1, 0]}, SceneError, "d must be -200 or more"),
+        ({"epsilon": 1.0, "delta": 10.0, "limits": "paper"}, SceneError, "d must be -200 or more"),
         ({"epsilon": np.nan, "delta": 0.2}, SceneError, "epsilon"),
         ({"dni": 1e9, "dhi": 100.0}, SceneError, "dni must be -5 to 10000 W m-2, got 1000000000.0"),
         ({"ghi": np.nan, "dhi": 100.0}, SceneError, "ghi must be -5 to 10000 W m-2, got nan"),

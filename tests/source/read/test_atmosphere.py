@@ -93,6 +93,10 @@ def test_another_sky_that_is_asked_for_wins(amc):
     scene = sky.read_scene(amc, sky="perez", perez={"dni": 800.0, "dhi": 90.0, "spectrum": "flat"})
     assert [c.name for c in scene.components] == ["direct", "perez"]
     assert any("[atmosphere] is not used" in note for note in scene.notes)
+    with pytest.raises(sky.InputFileError, match="E100") as caught:
+        sky.read_scene(amc, sky="overcast")
+    assert 'perez={"spectrum": "spectrl2"} for a cloudless sky' in str(caught.value)  # beside [atmosphere]: no [perez]
+    assert sky.read_scene(amc, sky="overcast", perez={"spectrum": "spectrl2"}).irradiance is not None
 
 
 def test_a_low_sun_under_flat_scattering_is_told(amc):

@@ -1,11 +1,13 @@
 """Files of other kinds are named for what they are, whatever options stand beside them."""
 
 import gzip
+import shlex
 
 import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
+from tests.support.shared import INPUTS
 
 
 def said(capsys, *words):
@@ -30,6 +32,15 @@ def test_binary_files_are_no_text_with_a_nul(name, start, what, tmp_path, capsys
         assert f"this seems to be {what}" in text
         assert "a table of radiances (.csv)" in text
         assert "lambbot" not in text
+
+
+def test_a_weather_file_is_told_its_command(tmp_path, capsys):
+    pytest.importorskip("pvlib")
+    code, text = said(capsys, "run", INPUTS / "weather" / "two_days.epw")
+    assert code == 3
+    command = text.split("`aomc-sky ")[1].split("`")[0]
+    words = shlex.split(command.replace(" N ", " 12 ").replace(" OUT", f" {tmp_path / 'o'}"))
+    assert said(capsys, *words, "--iterations", 100, "--spectrum", "spectrl2", "-q") == (0, "")
 
 
 def test_radiances_in_hdf5_and_numpy_are_told_where_they_go(tmp_path, capsys):

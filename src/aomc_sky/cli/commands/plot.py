@@ -181,7 +181,8 @@ _BELONGS: dict[str, tuple[Kind, ...]] = {
         (Kind.MEASURED, Kind.NETCDF),
     ),
     **dict.fromkeys(("--variable-q", "--variable-u", "--stokes-signs"), (Kind.NETCDF,)),
-    **dict.fromkeys(("--seed", "--iterations", "--sun-zenith", "--sun-azimuth"), (Kind.SCENE, Kind.MEASURED)),
+    **dict.fromkeys(("--seed", "--iterations"), (Kind.SCENE, Kind.MEASURED)),
+    **dict.fromkeys(("--sun-zenith", "--sun-azimuth"), (Kind.SCENE, Kind.MEASURED, Kind.NETCDF)),
     "--wavelength": (Kind.BACKGROUND,),
     **dict.fromkeys(("--bins", "--weighting", "--azimuth-bins", "--compat", "--lenient"), (Kind.SCENE, Kind.TABLE)),
     **dict.fromkeys(("--strict", "--max-memory"), tuple(Kind)),
@@ -308,7 +309,8 @@ def _table(arguments: argparse.Namespace) -> tuple[Picture, int]:
 def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.pictures.plot import netcdf_picture
 
-    if cli_options.given_options(arguments, cli_options.add_measured_options):
+    has_sun = (arguments.sun_zenith, arguments.sun_azimuth) != (None, None)
+    if has_sun or cli_options.given_options(arguments, cli_options.add_measured_options):
         return _scene(arguments)
     panels = [band - 1 for band in dict.fromkeys(arguments.waveband)] if arguments.waveband else None
     try:

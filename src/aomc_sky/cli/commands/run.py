@@ -218,6 +218,10 @@ _ROUGH = (
     "note: Ed/Eo of the photons is more than 1 % off, because a few photons\n"
     "near the horizon make its scatter: take the exact value beside it, or more photons"
 )
+_WEIGHTED = (
+    "note: mean cosine and Ed/Eo count each photon once, whatever its weight; for those of the weighted\n"
+    "light see the table of --weighting projected"
+)
 MAX_COMPONENTS = 6
 """Columns for the brightest components."""
 
@@ -262,7 +266,9 @@ def _table(bands: Sequence[BandResult], columns: Sequence[_Column]) -> str:
 def tables_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
     """The table of all bands, and absolute irradiances and standard errors if they are known."""
     text = f"\n{_table(bands, _COLUMNS)}\n"
-    if any(band.ed_over_eo_exact == 0 for band in bands):
+    if options.get("weights"):
+        text += f"{_WEIGHTED}\n"
+    elif any(band.ed_over_eo_exact == 0 for band in bands):
         text += f"{_ENDLESS}\n"
     if options.get("placement") != "centre" and any(map(_is_rough, bands)):
         text += f"{_ROUGH}\n"

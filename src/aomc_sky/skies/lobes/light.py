@@ -20,7 +20,7 @@ from aomc_sky.formats.sky_toml.sections import BackgroundSection
 from aomc_sky.skies.lobes.background import BackgroundSky, background_at
 from aomc_sky.skies.lobes.file.data import BackgroundFile
 from aomc_sky.skies.lobes.file.file import read_background_file
-from aomc_sky.skies.lobes.sky import WAVELENGTH_TOLERANCE, LobeSky, WeightedLobe, plain_name
+from aomc_sky.skies.lobes.sky import FLOAT32_TOLERANCE, LobeSky, WeightedLobe, plain_name
 
 
 def read_background(path: str | os.PathLike[str], *, utc_offset_h: float = 0.0) -> BackgroundSky:
@@ -143,7 +143,7 @@ def read_lobes(section: BackgroundSection, wavelength_nm: Sequence[float] | None
             raise UsageError(f"the file has no animation {name!r}; the nearest is {best}, there are: {listed}")
     low, high = file.wavelength_nm[0], file.wavelength_nm[-1]
     for value in wavelength_nm or ():
-        if not low * (1 - WAVELENGTH_TOLERANCE) <= value <= high * (1 + WAVELENGTH_TOLERANCE):
+        if not low * (1 - FLOAT32_TOLERANCE) <= value <= high * (1 + FLOAT32_TOLERANCE):
             raise UsageError(f"--wavelength {value:g} is outside the spectra of the file, {low:g} to {high:g} nm")
     sky = background_at(_sky_of(file, section), section.time, interpolation=section.interpolation)
     chosen = file.wavelength_nm if wavelength_nm is None else np.array(wavelength_nm, dtype=np.float64)

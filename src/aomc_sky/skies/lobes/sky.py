@@ -23,7 +23,7 @@ from aomc_sky.skies.model import Share, check_share, with_share
 LEAST_MASS = 1e-200
 _NO_PLAIN_WORD = re.compile(r"[^A-Za-z0-9_.:+#()@ -]")
 _MAX_NAME = 80
-WAVELENGTH_TOLERANCE = 1e-6  # 0.400 um is 0.4000000059 in float32
+FLOAT32_TOLERANCE = 1e-6  # files are float32: 0.400 um is 0.4000000059 there, and 1e30 is above 1e30
 
 
 #: Beyond this roughness, and this ratio of both, numbers of the sampler overflow, and photons may travel upward.
@@ -82,7 +82,9 @@ class WeightedLobe:
             object.__setattr__(self, name, array)
         checked(self.kind, self.param0, self.param1)
         least, most = sorted((self.param0, self.param1))
-        if self.kind != "hg" and not ROUGHNESS[0] <= least <= most <= min(ROUGHNESS[1], ROUGHNESS_RATIO * least):
+        slack = 1 + FLOAT32_TOLERANCE
+        is_usable = ROUGHNESS[0] <= least * slack and most <= min(ROUGHNESS[1], ROUGHNESS_RATIO * least) * slack
+        if self.kind != "hg" and not is_usable:
             raise SceneError(
                 f"the roughness of a lobe that sends photons must be from {ROUGHNESS[0]:g} to {ROUGHNESS[1]:g}, with a "
                 f"ratio up to {ROUGHNESS_RATIO:g}, got {self.param0:g} and {self.param1:g}; for light from one "
@@ -229,7 +231,7 @@ def spectra_at(wavelength_nm: ArrayLike, sample_nm: np.ndarray, curves: np.ndarr
     """
     wavelength = real(wavelength_nm)
     low, high = sample_nm[0], sample_nm[-1]
-    inside = (wavelength >= low * (1 - WAVELENGTH_TOLERANCE)) & (wavelength <= high * (1 + WAVELENGTH_TOLERANCE))
+    inside = (wavelength >= low * (1 - FLOAT32_TOLERANCE)) & (wavelength <= high * (1 + FLOAT32_TOLERANCE))
     if not np.all(inside):
         first = wavelength[~inside].flat[0]
         raise SceneError(f"{first:g} nm is outside the background's curves, {low:g} to {high:g} nm")

@@ -155,8 +155,8 @@ def luminance(
 def horizontal_integral(coefficients: ArrayLike, sun_zenith_rad: ArrayLike) -> np.ndarray:
     """Integral of f cos xi over the hemisphere, the denominator of eq. (3), without a clip of f. [sr]
 
-    Accuracy: 1e-10 of the sum of the magnitudes of the three terms. SceneError: b > 0 with a not 0, where the integral
-    diverges at the horizon, or the sun is below the horizon.
+    Accuracy: 1e-10 of the sum of the magnitudes of the three terms, for d from -200 on. SceneError: b > 0 with a not 0,
+    where the integral diverges at the horizon, or the sun is below the horizon.
 
     Parameters
     ----------

@@ -89,7 +89,7 @@ PEREZ = CellLaw(
     radiance=_radiance,
     sun_deg=lambda component: 90.0 * _numbers(component)[5:7],
     needs_patches=True,
-    instead="within='uniform'",
+    instead="PerezSky(within='uniform'), or FunctionSky(model.radiance, name=...) of another model",
     tables=lambda n_cell, _: ((_N_SHARED,), (n_cell, 4)),
     starts_as=Law.CELL_MU2,
     hook="perez",

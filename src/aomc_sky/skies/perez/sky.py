@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 _N_MU, _N_AZIMUTH, _N_GAMMA = 200, 181, 2001
 _LARGEST = 1e200
+_STEEPEST = -200.0  # d of a narrower aureole: integrals lose their stated digits, and most trials of a photon fail
 _HALF_PI = np.pi / 2
 
 
@@ -60,7 +61,7 @@ class PerezSky(Share):
         Global horizontal irradiance instead of one of them, ghi = dhi + dni cos Z; the attributes dni and dhi then
         have both. Beside both it is only checked, to 8 % (15 % beyond Z = 75 degrees). [W m-2]
     coefficients : array_like, shape (5,), optional
-        a, b, c, d, e of eq. (1).
+        a, b, c, d, e of eq. (1). [d >= -200]
     limits : {"radiance", "paper"}
         See `aomc_sky.perez.limited`.
     strict : bool
@@ -133,6 +134,11 @@ class PerezSky(Share):
             require_kind(self.grid, PatchGrid, "grid=sky.PatchGrid.regular(45, 180)")
         self._close_irradiances()
         values = self._given_coefficients() if self.coefficients is not None else self._modelled_coefficients()
+        if values[2] != 0 and values[3] < _STEEPEST:
+            raise SceneError(
+                f"the coefficient d must be {_STEEPEST:g} or more, got {values[3]:g} ({self._inputs()}): an aureole "
+                "that narrow is not the sky's; write c = 0 and add a beam, or limits 'radiance' for epsilon and Delta"
+            )
         if values[1] > 0:
             self._warn(f"b = {values[1]:.4g} makes the horizon infinitely bright or dark and was set to 0")
             values[1] = 0.0

@@ -234,7 +234,8 @@ def _split(
         raise refuse(
             path,
             f"there is no such file, and {reason} how much of the light is direct",
-            advice=f"write {DIFCOL}, or these lines into sky.toml beside amc.inp:\n\n{_THREE_LINES}\n",
+            advice=f"write {DIFCOL}, or {inputs.say(_AMOUNTS)}, or these lines into sky.toml beside amc.inp, in place "
+            f"of an [atmosphere]:\n\n{_THREE_LINES}\n",
         )
     if has_set:
         return dataclasses.replace(
@@ -483,6 +484,6 @@ def _refuse_unknown(
         toml_path,
         what,
         code="E708",
-        advice="write their irradiances on a horizontal plane into sky.toml, one value for each waveband "
+        advice="write their irradiances on a horizontal plane below [sky] of sky.toml, one value for each waveband "
         f"({at} nm):\n\n[sky]\n{lines}",
     )

@@ -170,14 +170,15 @@ def _weather_of_row(path: str | Path, kind: str, row: int, entrance: Entrance, n
 
 
 def _day_near(table: WeatherTable, k: int) -> str:
-    """The row nearest to a night's that has a sun, as advice."""
+    """The row nearest to a night's that has a sun and light, as advice."""
     from aomc_sky.source.light.sun_position import sun_position
 
     rows = np.arange(max(k - 24, 0), min(k + 25, table.line.size))
-    rows = rows[~np.isnat(table.start[rows])]
+    light = np.stack([table.ghi, table.dni, table.dhi])[:, rows]
+    rows = rows[~np.isnat(table.start[rows]) & (np.isfinite(light).sum(axis=0) >= 2) & (light > 0).any(axis=0)]
     zenith = sun_position(table.midpoint[rows], table.latitude_deg, table.longitude_deg).apparent_zenith_deg
     days = rows[zenith < 90]
-    return "" if days.size == 0 else f"; the nearest row with a sun is {int(days[np.argmin(np.abs(days - k))]) + 1}"
+    return "" if days.size == 0 else f"; the nearest row with light is {int(days[np.argmin(np.abs(days - k))]) + 1}"
 
 
 def hour_irradiances(

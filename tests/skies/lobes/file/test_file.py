@@ -110,6 +110,7 @@ BAD_LOBES = {
     "type 0": (lobe(kind=0), "E506", "Type"),
     "type 257": (lobe(kind=257), "E506", "Type"),  # 1 in eight bits
     "g nan": (lobe(kind=1, param0=np.nan), "E506", "Param0"),
+    "g 1": (lobe(kind=1, param0=0.999999999), "E506", "Param0"),  # in 32 bits
     "coefficient negative": (lobe(coeff=-1e-30), "E506", "Coeff"),
     "quaternion inf": (lobe(quaternion=(1, 0, 0, np.inf)), "E506", "LocalTransform"),
     "curve 2": (lobe(curve=2), "E508", "CurveIndex"),

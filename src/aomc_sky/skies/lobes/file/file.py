@@ -391,9 +391,11 @@ def _check_animation(where: str, keys: Animation, n_curves: int, report: Report)
     kinds = "1 (Henyey-Greenstein), 2 (VNDF-GGX) or 3 (VNDF-Beckmann)"
     check("Type", "E506", ~known, keys.lobe_type, kinds, "write one of these")
     is_hg = keys.lobe_type == LobeType.HENYEY_GREENSTEIN
-    bad = is_hg & ~((keys.param0 >= 0.0) & (keys.param0 < 1.0))
-    advice = "turn the lobe around instead of a negative g"
-    check("Param0", "E506", bad, keys.param0, "at least 0 and below 1 (g)", advice)
+    allowed = "at least 0 and below 1 (g)"
+    negative = is_hg & (keys.param0 < 0.0)
+    check("Param0", "E506", negative, keys.param0, allowed, "turn the lobe around instead of a negative g")
+    bad = is_hg & ~negative & ~(keys.param0 < 1.0)
+    check("Param0", "E506", bad, keys.param0, allowed, "write at most 0.9999999; the file holds 32-bit floats")
     for name, values in (("Param0", keys.param0), ("Param1", keys.param1)):
         bad = known & ~is_hg & ~(np.isfinite(values) & (values > 0.0))
         check(name, "E506", bad, values, "finite and above 0 (alpha)", "write a roughness")
