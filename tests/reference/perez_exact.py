@@ -3,8 +3,6 @@
 Numbers given as text are taken as the decimals they are written as.
 """
 
-from __future__ import annotations
-
 import mpmath as mp
 
 # Table 1, the five coefficients of one bin after the other, four terms each
@@ -55,7 +53,7 @@ WORDS = TABLE.split()
 ROWS = [[mp.mpf(word) for word in WORDS[20 * row : 20 * row + 20]] for row in range(8)]
 
 
-def coefficients(row: int, delta: str, zenith_deg: str) -> list[mp.mpf]:
+def coefficients(row, delta, zenith_deg):
     """a to e of bin `row` (0 to 7), eqs. (6) to (8), without limits."""
     with mp.workdps(40):
         brightness, zenith = mp.mpf(delta), mp.radians(mp.mpf(zenith_deg))
@@ -72,7 +70,7 @@ def coefficients(row: int, delta: str, zenith_deg: str) -> list[mp.mpf]:
         return values
 
 
-def gamma(sky_zenith_deg: str, azimuth_deg: str, zenith_deg: str) -> mp.mpf:
+def gamma(sky_zenith_deg, azimuth_deg, zenith_deg):
     """Angle between a point of the sky and the sun. [rad]"""
     with mp.workdps(60):
         xi, phi, sun = (mp.radians(mp.mpf(text)) for text in (sky_zenith_deg, azimuth_deg, zenith_deg))
@@ -80,7 +78,7 @@ def gamma(sky_zenith_deg: str, azimuth_deg: str, zenith_deg: str) -> mp.mpf:
         return mp.acos(min(max(dot, mp.mpf(-1)), mp.mpf(1)))
 
 
-def luminance(values: list[mp.mpf], sky_zenith_deg: str, azimuth_deg: str, zenith_deg: str) -> tuple[mp.mpf, mp.mpf]:
+def luminance(values, sky_zenith_deg, azimuth_deg, zenith_deg):
     """f of eq. (1) off the horizon, and the product of its factors' sums of magnitudes."""
     with mp.workdps(60):
         a, b, c, d, e = values

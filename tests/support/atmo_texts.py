@@ -1,7 +1,5 @@
 """Descriptions as text: flat layers under a huge radius, and the atmosphere of the spherical reference tables."""
 
-from __future__ import annotations
-
 from tests.support.atmospheres import OZONE_M2
 
 RAYLEIGH = "return vec4(3/(16*PI)*(1 + sqr(dotViewSun)));"
@@ -19,11 +17,11 @@ else if(h < 39.)
 return scale*0.04298160111157969*exp(-0.2208669270720561*h);"""
 
 
-def henyey_greenstein(g: float) -> str:
+def henyey_greenstein(g):
     return f"CONST float g = {g!r};\nreturn vec4((1 - g*g)/(4*PI*pow(1 + g*g - 2*g*dotViewSun, 1.5)));"
 
 
-def scatterer(name: str, density: str, phase: str, section: str, angstrom: float, albedo: str = "") -> str:
+def scatterer(name, density, phase, section, angstrom, albedo=""):
     """A section; `albedo` is the spectrum of the single-scattering albedo."""
     line = f"single scattering albedo: {albedo}\n" if albedo else ""
     return (
@@ -32,11 +30,11 @@ def scatterer(name: str, density: str, phase: str, section: str, angstrom: float
     )
 
 
-def absorber(name: str, density: str, section: str) -> str:
+def absorber(name, density, section):
     return f'Absorber "{name}":\n{{\nnumber density:\n```\n{density}\n```\ncross section: {section}\n}}\n'
 
 
-def head(*, height: str, radius: str, wavelengths: str, albedo: str, n: int) -> str:
+def head(*, height, radius, wavelengths, albedo, n):
     """What comes before the species, under a sun of 1 W m-2 nm-1."""
     return (
         f"version: 6\natmosphere height: {height}\nEarth radius: {radius}\nEarth-Sun distance: 1 AU\n"
@@ -45,7 +43,7 @@ def head(*, height: str, radius: str, wavelengths: str, albedo: str, n: int) -> 
     )
 
 
-def reference_air(case: str, wavelength_nm: int, albedo: float) -> str:
+def reference_air(case, wavelength_nm, albedo):
     """Case `rayleigh`, `mol_ozone` or `full` of the spherical tables, at one wavelength."""
     text = head(
         height="120 km", radius="6371 km", wavelengths=f"min={wavelength_nm}nm,max={wavelength_nm + 3}nm,count=4", n=4,

@@ -1,11 +1,8 @@
 """What becomes of background-sky files, one line for each, and the memory it took: a program of its own."""
 
-from __future__ import annotations
-
 import sys
 import time
 import warnings
-from collections.abc import Sequence
 
 import aomc_sky.skies.lobes.file.file as background
 from aomc_sky.errors import InputFileError
@@ -13,7 +10,7 @@ from aomc_sky.errors import InputFileError
 CODES = {f"E50{k}" for k in range(1, 10)}
 
 
-def print_outcomes(paths: Sequence[str]) -> None:
+def print_outcomes(paths):
     """Outcome and processor time of every file; then the peak of this process. [MB]"""
     warnings.simplefilter("ignore")
     for path in paths:
@@ -24,7 +21,7 @@ def print_outcomes(paths: Sequence[str]) -> None:
     print(own / 1e3)
 
 
-def outcome(path: str) -> str:
+def outcome(path):
     """One word: read, or refused by our codes; or what else there was."""
     try:
         background.read_background_file(path)

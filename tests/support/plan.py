@@ -5,8 +5,6 @@ with Sidak's share of it. The shares hold only if the list is complete: a test t
 name fails, and tests/statistical/conftest.py compares the list with the tests that are there.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,10 +21,10 @@ class StatisticalPlan:
     used: dict[str, int] = field(default_factory=dict)
 
     @property
-    def level(self) -> float:
+    def level(self):
         return float(-np.expm1(np.log1p(-self.family_level) / sum(self.declared.values())))
 
-    def check(self, name: str, p_value: float) -> None:
+    def check(self, name, p_value):
         """Count one p-value of a declared test, and fail where it is below the level."""
         if name not in self.declared:
             raise AssertionError(f"{name!r} is not declared in tests/statistical/declared.py")
@@ -36,12 +34,12 @@ class StatisticalPlan:
         if not p_value >= self.level:  # NaN fails, too
             raise AssertionError(f"{name}: p = {p_value:.3g} is below the level {self.level:.3g}")
 
-    def catches(self, p_value: float) -> None:
+    def catches(self, p_value):
         """Fail unless a planted defect is rejected at the level of the suite; costs no share of it."""
         if not p_value < self.level:
             raise AssertionError(f"the planted defect is not caught: p = {p_value:.3g}, level {self.level:.3g}")
 
-    def bind(self, name: str) -> BoundPlan:
+    def bind(self, name):
         return BoundPlan(plan=self, name=name)
 
 
@@ -53,9 +51,9 @@ class BoundPlan:
     name: str
     compared: int = 0
 
-    def check(self, p_value: float) -> None:
+    def check(self, p_value):
         self.compared += 1
         self.plan.check(self.name, p_value)
 
-    def catches(self, p_value: float) -> None:
+    def catches(self, p_value):
         self.plan.catches(p_value)

@@ -2,7 +2,6 @@
 
 from importlib import util
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
@@ -13,7 +12,7 @@ INPUTS = REPOSITORY / "inputs"
 DATA = REPOSITORY / "tests" / "data"
 
 
-def script(path: Path) -> ModuleType:
+def script(path):
     """A program beside the package, as a module."""
     spec = util.spec_from_file_location(path.stem, path)
     module = util.module_from_spec(spec)

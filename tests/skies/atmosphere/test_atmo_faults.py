@@ -1,15 +1,12 @@
 """Rows 37 to 39 of the matrix: descriptions of an atmosphere that reach for other files, run away, or are no such."""
 
-from __future__ import annotations
-
 import os
 import re
-from pathlib import Path
 
 import pytest
 
 from tests.support.fault_rows import check_places, row, row_id
-from tests.support.processes import Ended, limited
+from tests.support.processes import limited
 from tests.support.shared import DATA
 
 PLAIN = (DATA / "atmo" / "good" / "plain.atmo").read_text()
@@ -17,12 +14,12 @@ SUN = "1.5, 1.9, 1.7, 1.4"
 TABLE = b"300,1.0\n900,1.0\n"
 
 
-def replaced(old: str, new: str) -> str:
+def replaced(old, new):
     assert PLAIN.count(old) == 1
     return PLAIN.replace(old, new)
 
 
-def elsewhere(path: Path) -> None:
+def elsewhere(path):
     """Tables that lie outside of the folder `path`, inside it, and links to what is outside."""
     (path.parent / "secret.csv").write_bytes(TABLE)
     (path / "link.csv").symlink_to(path.parent / "secret.csv")
@@ -90,7 +87,7 @@ BRACKETS = {
 
 
 @pytest.fixture(scope="module")
-def answers(tmp_path_factory) -> Ended:
+def answers(tmp_path_factory):
     """The command on all blocks: in one process, which the system stops where one has no end."""
     folder = tmp_path_factory.mktemp("blocks")
     codes = {name: code for name, (code, *_) in (BLOCKS | BRACKETS).items()}
@@ -99,7 +96,7 @@ def answers(tmp_path_factory) -> Ended:
     return limited(folder, "validate", *(f"{name}.atmo" for name in codes))
 
 
-def said_of(name: str, answers: Ended) -> str:
+def said_of(name, answers):
     assert answers.code == 3, answers.err[-2000:]
     assert answers.peak_mb < 200
     parts = re.split(r"^(?=\S+\.atmo:)", answers.err, flags=re.MULTILINE)

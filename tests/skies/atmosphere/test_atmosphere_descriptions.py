@@ -1,9 +1,5 @@
 """Descriptions from file to radiance against the reference tables: reader, code blocks, norms and solvers together."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -20,7 +16,7 @@ AIR = grouped("spherical_radiance.csv", "case", "wavelength_nm", "albedo", "sza_
     [pytest.param(case, marks=() if k % 11 == 0 else pytest.mark.slow) for k, case in enumerate(AIR)],
     ids="-".join,
 )
-def test_spherical_air(air: tuple[str, str, str, str], tmp_path: Path) -> None:
+def test_spherical_air(air, tmp_path):
     (case, wavelength, albedo, sun), rows = air, AIR[air]
     zenith, azimuth = np.unique(column(rows, "vza_deg")), np.unique(column(rows, "phi_deg"))
     method = "auto" if float(sun) <= 80 else "order1"

@@ -1,7 +1,5 @@
 """Row 36 of the matrix: lobes at and beyond the ends of their parameters, and times outside the keys."""
 
-from __future__ import annotations
-
 import mpmath as mp
 import numpy as np
 import pytest

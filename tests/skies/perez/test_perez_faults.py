@@ -1,7 +1,5 @@
 """Rows 34 and 35 of the matrix: the Perez sky at the edges of its inputs, and where its luminance is negative."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,11 +1,8 @@
 """Descriptions and tables made to hurt: an answer for each, in one process with a limit on its time and memory."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -43,19 +40,19 @@ print(int(status["VmHWM"].split()[0]) / 1024)
 """
 
 
-def with_sun(value: str) -> str:
+def with_sun(value):
     return PLAIN.replace("1.5, 1.9, 1.7, 1.4", value)
 
 
-def with_ground(albedo: str, sun: str) -> str:
+def with_ground(albedo, sun):
     return with_sun(sun).replace("ground albedo: 0.1, 0.1, 0.2, 0.3\n", albedo)
 
 
-def with_head(lines: str) -> str:
+def with_head(lines):
     return PLAIN.replace("scattering orders", f"{lines}scattering orders", 1)
 
 
-def absorbers(n: int, body: str) -> str:
+def absorbers(n, body):
     return PLAIN + "".join(f'Absorber "a{k}":\n{{\n{body}}}\n' for k in range(n))
 
 
@@ -101,7 +98,7 @@ TEXTS = {
 }
 
 
-def tables() -> Iterator[tuple[str, bytes]]:
+def tables():
     yield "t.csv", b"300,0.5\n900,0.5\n"
     yield "dense.csv", b"".join(b"%.4f,0.5\n" % (300 + k / 90) for k in range(60_000))
     yield "bad.csv", b"x\n" * 500_000
@@ -109,12 +106,12 @@ def tables() -> Iterator[tuple[str, bytes]]:
         yield f"many{k}.csv", b"300,0.5\n900,0.5\n"
 
 
-def probed(text: str, limit_s: float, paths: str) -> subprocess.CompletedProcess[str]:
+def probed(text, limit_s, paths):
     command = [sys.executable, "-c", text, str(int(limit_s))]
     return subprocess.run(command, input=paths, capture_output=True, text=True, timeout=300, check=False)
 
 
-def test_each_gets_an_answer(tmp_path: Path) -> None:
+def test_each_gets_an_answer(tmp_path):
     for name, table in tables():
         (tmp_path / name).write_bytes(table)
     for name, text in TEXTS.items():
@@ -131,14 +128,14 @@ def test_each_gets_an_answer(tmp_path: Path) -> None:
     assert float(peak_mb) < MOST_MB
 
 
-def test_the_limits_of_the_probe_bite() -> None:
+def test_the_limits_of_the_probe_bite():
     """Without this nobody would see that a limit does nothing."""
     spin = PROBE.replace("for path in sys.stdin", "while True:\n    pass\nfor path in sys.stdin")
     assert probed(spin, 1, "").returncode < 0
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
-def test_a_table_without_permission_is_told(tmp_path: Path) -> None:
+def test_a_table_without_permission_is_told(tmp_path):
     (tmp_path / "t.csv").write_text("300,1\n900,1\n")
     (tmp_path / "t.csv").chmod(0)
     (tmp_path / "x.atmo").write_text(with_sun("file t.csv"))

@@ -1,13 +1,9 @@
 """Background-sky files that somebody broke or made to do harm: an error each, soon, and no other file is opened."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
 import zlib
-from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,13 +18,13 @@ h5py = pytest.importorskip("h5py")
 SECRET = 123.0
 
 
-def refused(path) -> list[str]:
+def refused(path):
     with pytest.raises(InputFileError) as error:
         read_background_file(path)
     return [p.code for p in error.value.problems]
 
 
-def changed(tmp_path, change, **options) -> Path:
+def changed(tmp_path, change, **options):
     """A good file, then changed through the open file; beside it a file with numbers that must not be read."""
     with h5py.File(tmp_path / "secret.h5", "w") as file:
         file["curves"] = np.full((2, 3), SECRET, "f4")
@@ -165,7 +161,7 @@ STORAGES = (
 )
 
 
-def flipped(data: bytes, generator: np.random.Generator) -> bytes:
+def flipped(data, generator):
     """Three bytes changed, among those that are not zero or stand beside such: the rest is mostly unused.
 
     Not in the heap of texts: with a length of 0 there the HDF5 library (2.0) never ends.
@@ -179,7 +175,7 @@ def flipped(data: bytes, generator: np.random.Generator) -> bytes:
     return array.tobytes()
 
 
-def damaged_files(folder: Path, n: int, seed: int) -> list[str]:
+def damaged_files(folder, n, seed):
     """Files with changed bytes; the library writes the time into them, so they are others every time."""
     generator = np.random.default_rng(seed)
     paths = []
@@ -192,7 +188,7 @@ def damaged_files(folder: Path, n: int, seed: int) -> list[str]:
     return paths
 
 
-def outcomes(paths: Sequence[str]) -> list[str]:
+def outcomes(paths):
     """What became of every file: read or refused; in a process of its own, whose memory is measured."""
     command = [sys.executable, "-m", "tests.support.hdf5_outcomes", *paths]
     done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, timeout=3000, check=False)
