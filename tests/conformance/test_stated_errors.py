@@ -334,11 +334,30 @@ def length_of_directions_float64(*cell):
 
 @claim(3.5, uniform(-2.0, 2.0), uniform(0.0, 2.0), UNIT_NUMBER)
 def azimuth_in_a_cell(centre, half_width, v):
-    """In ulp of 1."""
-    c, w, share = extended(centre, half_width, v)
-    turned = elementary.sincos_turned_any(*(x.astype(float) for x in quarter_turns(c)), half_width, v)
-    true = quarter_turns(c + w * (2 * share - 1))
-    return np.max([np.abs(x - t) for x, t in zip(turned, true, strict=True)], axis=0) / 2.0**-52
+    """In ulp of 1, in either precision."""
+    worst = np.zeros(v.shape)
+    for kind in (np.float64, np.float32):
+        sine, cosine, w, share = (x.astype(kind) for x in (*quarter_turns(centre.astype(Extended)), half_width, v))
+        turned = elementary.sincos_turned_any(sine, cosine, w, share)
+        s, c, w, share = extended(sine, cosine, w, share)
+        turn_sine, turn_cosine = quarter_turns(w * (2 * share - 1))
+        for x, true in zip(turned, (s * turn_cosine + c * turn_sine, c * turn_cosine - s * turn_sine), strict=True):
+            worst = np.maximum(worst, np.abs(x - true) / np.finfo(kind).eps)
+    return worst
+
+
+@claim(2, uniform(-elementary.NARROW_HALF_WIDTH, elementary.NARROW_HALF_WIDTH))
+def short_series(r):
+    """In ulp of the sine, and of 1 over 0.35 for the cosine."""
+    worst = np.zeros(r.shape)
+    for kind in (np.float64, np.float32):
+        x = r.astype(kind)
+        sine, cosine = elementary.sincos_narrow(x)
+        true_sine, true_cosine = quarter_turns(x.astype(Extended))
+        off_sine, off_cosine = np.abs(sine - true_sine), np.abs(cosine - true_cosine)
+        errors = off_sine / np.where(true_sine == 0, 1, np.abs(true_sine)), off_cosine / 0.35
+        worst = np.maximum(worst, np.maximum(*errors) / np.finfo(kind).eps)
+    return worst
 
 
 @claim(2, UNIT_NUMBER, uniform(-MAX_SLOPE, MAX_SLOPE))
@@ -355,6 +374,13 @@ def place_on_a_slope(u, slope):
 def sky_clearness(dni, dhi, zenith):
     n, h, z = extended(dni, dhi, zenith)
     return ulps(sky.perez.sky_clearness(dni, dhi, zenith), 1 + n / h / (1 + Extended("1.041") * z**3))
+
+
+@claim(4e-18, uniform(1e-12, 1e3))
+def logarithm_in_two_parts(x):
+    """Over the larger of 1 and the logarithm."""
+    head, tail = extended(*coefficients.log(x))
+    return np.abs(head + tail - np.log(x.astype(Extended))) / np.maximum(np.abs(head), 1)
 
 
 @claim(2, uniform(1e-20, 700.0))

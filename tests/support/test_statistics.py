@@ -1,6 +1,7 @@
 """The tools of the statistical tests: laws under the null, and agreement with numbers worked out otherwise."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from scipy.special import kolmogorov
 
 from tests.support import chi2
 from tests.support.means import mean_p
-from tests.support.plan import StatisticalPlan
+from tests.support.plan import MOST_CASES, MOST_P_VALUES, StatisticalPlan
 
 
 def uniform_distance(p_values):
@@ -89,44 +90,23 @@ def test_mean_p():
 
 
 def test_the_plan_shares_the_level():
-    plan = StatisticalPlan(declared={"a": 3, "b": 1}, family_level=1e-3)
-    assert 1 - (1 - plan.level) ** 4 == pytest.approx(1e-3)
-    plan.check("a", 0.5)
-    for name, p_value, words in (
-        ("a", 1e-9, "below the level"),
-        ("a", math.nan, "below the level"),
-        ("a", 0.5, "compares more"),
-        ("c", 0.5, "not declared"),
-    ):
-        with pytest.raises(AssertionError, match=words):
-            plan.check(name, p_value)
-    plan.catches(1e-9)
+    assert 1 - (1 - StatisticalPlan.level) ** (MOST_CASES * MOST_P_VALUES) == pytest.approx(1e-6)
+    plan = StatisticalPlan()
+    for p_value in (1e-10, math.nan):
+        with pytest.raises(AssertionError, match="below the level"):
+            plan.check(p_value)
+    plan.compared = MOST_P_VALUES
+    with pytest.raises(AssertionError, match="more than 12 p-values"):
+        plan.check(0.5)
+    plan.catches(1e-10)
     with pytest.raises(AssertionError, match="not caught"):
         plan.catches(0.1)
 
 
-def test_a_bound_plan_counts_its_comparisons():
-    plan = StatisticalPlan(declared={"a": 2})
-    bound = plan.bind("a")
-    bound.check(0.5)
-    bound.catches(0.0)
-    assert bound.compared == 1
+def test_the_number_of_cases_is_bounded():
+    from tests.statistical import conftest
 
-
-def test_the_folder_is_declared_completely():
-    """A name that no test bears, or a test that no name declares, fails the collection; both ways tried here."""
-    from tests.statistical import conftest, declared
-
-    class Item:
-        def __init__(self, name):
-            self.path = conftest.HERE / "test_counts.py"
-            self.originalname, self.fixturenames = name, ["plan"]
-
-    class Config:
-        args = ("tests",)
-
-    names = list(declared.DECLARED["test_counts"])
-    conftest.pytest_collection_modifyitems(Config, [Item(name) for name in names])
-    for wrong in (names[:1], [*names, "test_not_declared"], [*names, names[0]]):
-        with pytest.raises(pytest.UsageError, match="test_counts"):
-            conftest.pytest_collection_modifyitems(Config, [Item(name) for name in wrong])
+    items = [SimpleNamespace(fixturenames=["plan"])] * MOST_CASES
+    conftest.pytest_collection_modifyitems(items)
+    with pytest.raises(pytest.UsageError, match="241 cases"):
+        conftest.pytest_collection_modifyitems([*items, items[0]])

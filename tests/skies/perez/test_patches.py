@@ -1,33 +1,14 @@
 """Patch masses of the Perez sky: two independent routes, every special place of the sun, every kind of patch."""
 
-import mpmath as mp
 import numpy as np
 import pytest
 
 from aomc_sky.grid import PatchGrid
-from aomc_sky.kernels.arithmetic.elementary import arc
-from aomc_sky.kernels.jit import kernel
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.patches import first_factor_zero, second_factor_zeros
 from aomc_sky.skies.perez.sky import PerezSky
-from tests.skies.perez.test_functions import ulps
 
 pytestmark = pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
-
-
-@kernel
-def _each_arc(x, out):
-    for k in range(x.size):
-        out[k] = arc(x[k])
-
-
-def test_arc_to_the_last_bits():
-    rng = np.random.default_rng(3)
-    h = np.concatenate([rng.random(400), 10 ** rng.uniform(-30, 0, 400), [0.0, 0.25, 0.5, 0.75, 1.0]])
-    out = np.empty_like(h)
-    _each_arc(h, out)
-    with mp.workdps(50):
-        assert ulps(out, [2 * mp.asin(mp.sqrt(mp.mpf(float(v)))) for v in h]) < 2.1
 
 
 def test_zeros_of_the_factors():
