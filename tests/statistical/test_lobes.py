@@ -119,10 +119,3 @@ DEFECTS = {
 def test_planted_defects_are_caught(plan_only, defect):
     name, draw = DEFECTS[defect]
     plan_only.catches(patch_p(LOBES[name], draw)[0])
-
-
-def test_small_anisotropy_is_not_isotropy():
-    """Even numbers give the mean cosine g; a switch to isotropy below 1e-3 would give 0."""
-    u = (np.arange(100_000) + 0.5) / 100_000
-    for g in (9e-4, 1e-5, 1e-8):
-        assert np.mean(lobes.sample("hg", g, 0.0, u, 0.0)[:, 2]) == pytest.approx(g, rel=1e-6, abs=1e-15)
