@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from aomc_sky.phase import henyey_greenstein
 from aomc_sky.skies.lobes import functions as lobes
 from tests.support import chi2
 from tests.support.sampled import grid_of_edges
@@ -70,38 +69,6 @@ def test_patches(plan, name):
     p_value, below, above_mass = patch_p(LOBES[name], lobes.sample, seed=list(LOBES).index(name))
     plan.check(p_value)
     plan.check(chi2.binomial_p(int(N - below), N, float(above_mass)))
-
-
-def shares_nearer(m, g):
-    """Share of the lobe nearer to the axis, from x and y, where a needle has its digits."""
-    x, y, z = np.moveaxis(m.astype(np.float64), -1, 0)
-    side = np.hypot(x, y)
-    omm = np.where(z > 0, side**2 / (1 + np.sqrt(np.maximum(1 - side**2, 0))), 1 - z)
-    return henyey_greenstein.survival(np.minimum(omm, 2.0), g)
-
-
-def single(rng, g):
-    return np.float32(g), *rng.random((2, N // 4), dtype=np.float32)
-
-
-@pytest.mark.parametrize("g", [1e-6, 0.99999])
-def test_single_precision(plan, g):
-    g, u, v = single(np.random.default_rng(8), g)
-    plan.check(chi2.ks_p(shares_nearer(lobes.sample("hg", g, np.float32(0), u, v), np.float64(g))))
-
-
-def textbook(kind, g, _, u, v):
-    """The inverse as it stands in textbooks, in the precision of the arguments."""
-    mu = np.clip((1 + g * g - ((1 - g * g) / (1 - g + 2 * g * u)) ** 2) / (2 * g), -1, 1)
-    sine, turn = np.sqrt(1 - mu * mu), 2 * np.pi * v.astype(np.float64)
-    return np.stack([sine * np.cos(turn), sine * np.sin(turn), mu], axis=-1)
-
-
-def test_textbook_in_single_precision_is_caught(plan_only):
-    """g = 1e-6 divides rounding errors by g; at g = 0.99999 the sine from 1 - mu^2 loses all of its digits."""
-    for value in (1e-6, 0.99999):
-        g, u, v = single(np.random.default_rng(8), value)
-        plan_only.catches(chi2.ks_p(shares_nearer(textbook("hg", g, 0, u, v), np.float64(g))))
 
 
 DEFECTS = {
