@@ -5,13 +5,47 @@ import pytest
 
 from aomc_sky.phase import henyey_greenstein
 from aomc_sky.skies.lobes import functions as lobes
-from tests.statistical.test_lobes import LOBES, counts, grid_around
 from tests.support import chi2
 from tests.support.backend import photons_by
 from tests.support.fairness import component
-from tests.support.sampled import scene
+from tests.support.sampled import grid_of_edges, scene
 
 N = 2_000_000
+LOBES = {
+    "isotropic": ("hg", 0.0, 0.0, (1.0, 0.0, 0.0, 0.0)),
+    "nearly isotropic": ("hg", 1e-6, 0.0, (0.6, 0.3, -0.2, 0.7)),
+    "broad": ("hg", 0.5, 0.0, (0.91, -0.09, 0.24, 0.33)),
+    "at the horizon": ("hg", 0.9, 0.0, (1.0, 1.0, 0.0, 0.0)),
+    "below the horizon": ("hg", 0.94, 0.0, (-0.585, -0.369, -0.639, 0.338)),
+    "needle": ("hg", 0.99999, 0.0, (0.9, 0.3, 0.2, 0.0)),
+    "cosine law": ("ggx", 1.0, 1.0, (0.9, 0.1, 0.4, 0.2)),
+    "city": ("ggx", 0.25, 1.0, (0.76, -0.084, 0.637, 0.1)),
+    "thread": ("ggx", 0.001, 0.7, (0.9, 0.3, 0.2, 0.4)),
+    "sunken glow": ("ggx", 0.3, 0.3, (0.6, 0.7, 0.3, 0.0)),
+    "band": ("beckmann", 0.3, 1.5, (0.4, -0.108, 0.488, 0.768)),
+    "sunken spot": ("beckmann", 0.2, 0.4, (0.66, 0.71, 0.2, 0.1)),
+}
+
+
+def grid_around(kind, param0, param1, quaternion):
+    """Ten degrees everywhere, and edges next to the axis at the width of the lobe."""
+    x, y, z = lobes.to_world(quaternion, [0.0, 0.0, 1.0])
+    width = np.degrees(min(1 - param0 if kind == "hg" else min(param0, param1), 0.2))
+    steps = width * np.array([-3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0])
+    zenith = np.degrees(np.arctan2(np.hypot(x, y), z)) + steps
+    azimuth = np.degrees(np.arctan2(y, x)) % 360 + steps / max(np.hypot(x, y), 0.2)
+    edges = [
+        np.unique(np.concatenate([np.linspace(0, end, n), near[(near > 0) & (near < end)]]))
+        for end, n, near in ((90.0, 10, zenith), (360.0, 37, azimuth))
+    ]
+    return grid_of_edges(*edges)
+
+
+def counts(grid, world):
+    """Directions in each patch, and below the horizon."""
+    zenith = np.degrees(np.arctan2(np.hypot(world[:, 0], world[:, 1]), world[:, 2]))
+    azimuth = np.degrees(np.arctan2(world[:, 1], world[:, 0]))
+    return np.bincount(grid.patch_of(zenith, azimuth) + 1, minlength=grid.n_patches + 1)
 
 
 def source_of(case, n=N, seed=5, **options):

@@ -33,6 +33,45 @@ def test_no_density_is_left_where_squares_would_overflow():
     assert lobes.pdf("ggx", 1e-30, 1e-30, (0.0, 0.0, 1.0)) == pytest.approx(1e60 / np.pi)
 
 
+def filled(kind, a, b, draw=lobes.sample):
+    """Density times the area that a step of both uniform numbers covers, by differences; 1 for a sampler of it."""
+    u, v = np.random.default_rng(1).uniform(0.01, 0.99, (2, 300))
+    step = 1e-5
+    along = draw(kind, a, b, u + step, v) - draw(kind, a, b, u - step, v)
+    across = draw(kind, a, b, u, v + step) - draw(kind, a, b, u, v - step)
+    return (
+        lobes.pdf(kind, a, b, draw(kind, a, b, u, v))
+        * np.linalg.norm(np.cross(along, across), axis=1)
+        / (2 * step) ** 2
+    )
+
+
+SAMPLED = [("hg", g, 0.0) for g in (0.0, 1e-6, 0.5, 0.94)]
+SAMPLED += [
+    (kind, *alpha) for kind in ("ggx", "beckmann") for alpha in ((1.0, 1.0), (0.25, 1.0), (0.001, 0.7), (0.4, 0.2))
+]
+
+
+@pytest.mark.parametrize(("kind", "a", "b"), SAMPLED)
+def test_samples_have_the_density(kind, a, b):
+    np.testing.assert_allclose(filled(kind, a, b), 1.0, rtol=2e-6)
+
+
+DEFECTS = {
+    "roughness swapped": ("ggx", lambda kind, a, b, u, v: lobes.sample(kind, b, a, u, v)),
+    "azimuth short of a turn by 1 %": ("beckmann", lambda kind, a, b, u, v: lobes.sample(kind, a, b, u, 0.99 * v)),
+    "Beckmann wider by 1 %": ("beckmann", lambda kind, a, b, u, v: lobes.sample(kind, 1.01 * a, b, u, v)),
+    "g off by 3 %": ("hg", lambda kind, a, b, u, v: lobes.sample(kind, 1.03 * a, b, u, v)),
+    "roughness off by 2 %": ("ggx", lambda kind, a, b, u, v: lobes.sample(kind, 1.02 * a, b, u, v)),
+}
+
+
+@pytest.mark.parametrize("defect", DEFECTS)
+def test_planted_samplers_have_another_density(defect):
+    kind, draw = DEFECTS[defect]
+    assert np.abs(filled(kind, 0.4, 0.2 if kind != "hg" else 0.0, draw) - 1).max() > 5e-3
+
+
 def test_ends_of_the_uniform_numbers():
     assert np.array_equal(lobes.sample("beckmann", 0.5, 0.5, 1.0, 0.0), [1.0, 0.0, 0.0])
     assert np.array_equal(lobes.sample("ggx", 0.5, 0.5, 1.0, 0.25), [0.0, 1.0, 0.0])
