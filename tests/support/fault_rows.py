@@ -1,6 +1,5 @@
 """Rows of the matrix of faults: the files of a small scene, the fault in them, and what the command must answer."""
 
-import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -10,7 +9,7 @@ import pytest
 
 from aomc_sky.cli.main import main
 from tests.support.scenes import copy_scene
-from tests.support.shared import INPUTS
+from tests.support.shared import INPUTS, csv_rows
 
 AMC = (INPUTS / "document_example" / "amc.inp").read_text()
 ROWS = ("1 1 0 10.5", "1 1 1 12.0", "1 2 1 20.0", "2 1 0 8.2", "2 1 1 9.5", "2 2 1 15.3")
@@ -110,7 +109,7 @@ def check_refused(fault, folder, capsys):
 def launched(folder):
     """Photons of every waveband that has any, from counts.csv. [wavebands from 1]"""
     totals = {}
-    for line in _counts(folder):
+    for line in csv_rows(folder / "counts.csv"):
         band = int(line["waveband"])
         totals[band] = totals.get(band, 0) + int(line["photons"])
     return totals
@@ -118,10 +117,5 @@ def launched(folder):
 
 def photons_of_band(folder, band):
     """Photons of every patch of a band, by zenith and azimuth index, from counts.csv. [bands from 1]"""
-    rows = [line for line in _counts(folder) if int(line["waveband"]) == band]
+    rows = [line for line in csv_rows(folder / "counts.csv") if int(line["waveband"]) == band]
     return {(int(line["zenith_index"]), int(line["azimuth_index"])): int(line["photons"]) for line in rows}
-
-
-def _counts(folder):
-    with (folder / "counts.csv").open(newline="") as file:
-        return list(csv.DictReader(file))

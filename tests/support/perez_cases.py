@@ -7,7 +7,6 @@ import numpy as np
 from tests.reference import perez_law
 from tests.reference.perez_law import PerezLaw
 from tests.support import chi2
-from tests.support.means import mean_p
 
 ZENITH_EDGES_DEG = np.linspace(0, 90, 37)
 AZIMUTH_EDGES_DEG = np.linspace(0, 360, 73)
@@ -82,7 +81,7 @@ def photon_p_values(law, mu, u, azimuth):
         "cells": cell_p(law, mu, u, azimuth),
         "cone": cone_p(law, gamma, psi),
         "beside the sun": chi2.ks_p(perez_law.cone_places(law, beside, KS_RADIUS_RAD)),
-        "mean mu": mean_p(mu, perez_law.mean(law, lambda x, y, mu: mu)),
-        "mean towards the sun": mean_p(towards, perez_law.mean(law, lambda x, y, mu: x)),
-        "mean aside": mean_p(aside, 0.0),
+        "mean mu": chi2.mean_p(mu, perez_law.mean(law, lambda x, y, mu: mu)),
+        "mean towards the sun": chi2.mean_p(towards, perez_law.mean(law, lambda x, y, mu: x)),
+        "mean aside": chi2.mean_p(aside, 0.0),
     }

@@ -1,5 +1,6 @@
 """The reference data beside the repository, where they are; tests that want them skip without."""
 
+import csv
 from importlib import util
 from pathlib import Path
 
@@ -18,6 +19,11 @@ def script(path):
     module = util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+def csv_rows(path):
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
 
 
 needs_shared = pytest.mark.skipif(not AOMC.is_dir(), reason="the reference data are not beside the repository")

@@ -1,13 +1,12 @@
 """Rows of the reference tables of atmospheres, and the media they were made for."""
 
-import csv
 from functools import cache
 
 import numpy as np
 import pytest
 
 from tests.support import atmospheres
-from tests.support.shared import SHARED
+from tests.support.shared import SHARED, csv_rows
 
 TABLES = SHARED / "atmosphere"
 MEDIA = {"rayleigh": atmospheres.molecules_only, "mol_ozone": atmospheres.mol_ozone, "full": atmospheres.full}
@@ -18,10 +17,7 @@ needs_tables = pytest.mark.skipif(not TABLES.is_dir(), reason="the reference dat
 @cache
 def rows(name):
     """All rows of a table, none where the reference data are not there."""
-    if not (TABLES / name).is_file():
-        return ()
-    with (TABLES / name).open(encoding="utf-8") as file:
-        return tuple(csv.DictReader(file))
+    return csv_rows(TABLES / name) if (TABLES / name).is_file() else ()
 
 
 def grouped(name, *keys):

@@ -1,6 +1,5 @@
 """Lobes against 60 digits: rotations and masses above the horizon; densities and samplers: test_stated_errors.py."""
 
-import csv
 import itertools
 
 import mpmath as mp
@@ -12,8 +11,9 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.lobes import functions as lobes
 from tests.reference import lobes_exact
 from tests.reference.phase_exact import ulps
-from tests.support.shared import SHARED, needs_shared
+from tests.support.shared import SHARED, csv_rows, needs_shared
 
+LOBES = SHARED / "lobes"
 UP = (1.0, 0.0, 0.0, 0.0)
 KIND = {"1": "hg", "2": "ggx", "3": "beckmann"}
 WEIGHTINGS = ("plain", "projected")
@@ -21,11 +21,6 @@ MASSES = ("mass_above_horizon", "cosine_weighted_mass_above_horizon")
 WIDTHS = {"hg": (np.array([0.0, 0.5, 0.9]), 0.0), "ggx": (np.array([0.1, 0.5, 2.0]), 0.7), "beckmann": (0.3, 0.2)}
 TURNS = np.array([[1.0, 0, 0, 0], [0.6, 0.3, -0.2, 0.7], [-7.0, 0, 3.0, 0], [0.0, 1.0, 1e-9, 0]])
 HARD_ALPHA = ((1.0, 1.0), (0.25, 1.5), (1e-4, 1e-4), (1e3, 1e3), (1e-2, 1e2), (1e-4, 1.0))
-
-
-def rows(name):
-    with (SHARED / "lobes" / name).open() as lines:
-        return list(csv.DictReader(lines))
 
 
 def test_no_density_is_left_where_squares_would_overflow():
@@ -233,12 +228,12 @@ def test_projected_masses_with_a_closed_form():
 
 @needs_shared
 def test_reference_masses_above_the_horizon():
-    for row in rows("hg_horizon_mass.csv"):
+    for row in csv_rows(LOBES / "hg_horizon_mass.csv"):
         cosine = mp.mpf(row["cos_axis_zenith"])
         quaternion = (float(mp.sqrt((1 + cosine) / 2)), float(mp.sqrt((1 - cosine) / 2)), 0.0, 0.0)
         got = [float(lobes.mass_above_horizon("hg", float(row["g"]), 0.0, quaternion, weighting=w)) for w in WEIGHTINGS]
         assert got == pytest.approx([float(row[k]) for k in MASSES], rel=5e-15)
-    for row in rows("vndf_horizon_mass.csv"):
+    for row in csv_rows(LOBES / "vndf_horizon_mass.csv"):
         shape = (KIND[row["type"]], float(row["alpha_x"]), float(row["alpha_y"]))
         quaternion = [float(row[k]) for k in ("qw", "qx", "qy", "qz")]
         plain, projected = (float(lobes.mass_above_horizon(*shape, quaternion, weighting=w)) for w in WEIGHTINGS)

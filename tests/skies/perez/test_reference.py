@@ -5,7 +5,6 @@ epsilon = 6.2 falls into the bin below, epsilon = 1.065 exactly escapes the floo
 beyond 12.01 is printed as 12.009.
 """
 
-import csv
 from functools import cache
 
 import numpy as np
@@ -14,7 +13,7 @@ import pytest
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.sky import PerezSky
-from tests.support.shared import SHARED
+from tests.support.shared import SHARED, csv_rows
 
 FOLDER = SHARED / "perez"
 EPSILONS = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 8.0)
@@ -24,8 +23,7 @@ pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the reference data 
 
 @cache
 def rows(name):
-    with (FOLDER / name).open(newline="") as stream:
-        return list(csv.DictReader(stream))
+    return csv_rows(FOLDER / name)
 
 
 def column(table, name):

@@ -1,13 +1,12 @@
 """What CalcMySky does with a description, row by row: the same here, or a difference that the format's page names."""
 
-import csv
 import warnings
 
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
-from tests.support.shared import DATA, REPOSITORY, SHARED, needs_shared
+from tests.support.shared import DATA, REPOSITORY, SHARED, csv_rows, needs_shared
 
 TABLE = SHARED / "atmosphere" / "description_parser_behaviour.csv"
 PLAIN = DATA / "atmo" / "good" / "plain.atmo"
@@ -108,8 +107,7 @@ def test_a_row(name, tmp_path):
 
 @needs_shared
 def test_the_rows_are_those_of_the_table():
-    with TABLE.open(newline="") as file:
-        table = {row["input"]: row["what the reference tool did"] for row in csv.DictReader(file)}
+    table = {row["input"]: row["what the reference tool did"] for row in csv_rows(TABLE)}
 
     def kind(text):
         if text.startswith(REJECTED):
