@@ -171,7 +171,14 @@ def test_what_is_no_table():
 
 @pytest.mark.parametrize(
     ("zenith", "azimuth", "radius"),
-    [(90, 0, 0), (-1, 0, 0), (np.nan, 0, 0), (91, 0, 0.3), (10, 0, 11), (10, np.inf, 0)],
+    [
+        (90, 0, 0),
+        (-1, 0, 0),
+        (np.nan, 0, 0),
+        (91, 0, 0.3),
+        (10, np.inf, 0),
+        *((10, 0, r) for r in (11, 10.001, -1e-3, np.nan)),
+    ],
 )
 def test_beams_that_shine_from_below(zenith, azimuth, radius):
     with pytest.raises(sky.SceneError):

@@ -180,58 +180,97 @@ def rayleigh_one_minus_mu_and_sine(xi, gamma):
 # ---- lobes ----
 
 SIDE = either_sign(1e-12, 1.0)
-ROUGHNESS = uniform(1e-3, 10.0)
+ROUGHNESS = Numbers(1e-4, 1e3, lambda rng, n: 10.0 ** rng.uniform(-4, 3, n))
 
 
 def is_lobe(x, y, z, *parameters):
     return z > 1e-12
 
 
-def unit_vector(x, y, z):
-    vector = np.stack(extended(x, y, z))
-    return vector / np.sqrt(np.sum(vector * vector, axis=0))
+def density_error(kind, vector, true, *parameters):
+    """Of `true(unit vector, parameters)`, in either precision."""
+    worst = np.zeros(vector[0].shape)
+    for dtype in (np.float64, np.float32):
+        m = np.stack(vector, axis=-1).astype(dtype)
+        given = [
+            np.minimum(p.astype(dtype), 1 - np.finfo(dtype).epsneg if kind == "hg" else np.inf) for p in parameters
+        ]
+        unit = m.astype(Extended).T
+        exact = true(*(unit / np.sqrt(np.sum(unit * unit, axis=0))), *extended(*given))
+        found = lobes.pdf(kind, given[0], given[1] if len(given) == 2 else dtype(0), m)
+        assert found.dtype == dtype
+        is_normal = (exact > 100 * np.finfo(dtype).tiny) & (exact < np.finfo(dtype).max)
+        worst = np.maximum(worst, np.where(is_normal, ulps(found, np.where(is_normal, exact, 1)), 0))
+    return worst
 
 
 @claim(18, SIDE, SIDE, SIDE, uniform(0.0, BELOW_ONE), is_valid=lambda x, y, z, g: np.abs(z) > 1e-12)
 def lobe_density_hg(x, y, z, g):
-    ux, uy, uz = unit_vector(x, y, z)
-    (g_x,) = extended(g)
-    side = ux * ux + uy * uy
-    square = (1 - g_x) ** 2 + 2 * g_x * np.where(uz > 0, side / (1 + uz), 1 - uz)
-    true = (1 - g_x) * (1 + g_x) / (4 * PI * square * np.sqrt(square))
-    return ulps(lobes.pdf("hg", g, 0.0, np.stack([x, y, z], axis=-1)), true)
+    def true(ux, uy, uz, g):
+        square = (1 - g) ** 2 + 2 * g * np.where(uz > 0, (ux * ux + uy * uy) / (1 + uz), 1 - uz)
+        return (1 - g) * (1 + g) / (4 * PI * square * np.sqrt(square))
+
+    return density_error("hg", (x, y, z), true, g)
 
 
 @claim(12, SIDE, SIDE, SIDE, ROUGHNESS, ROUGHNESS, is_valid=is_lobe)
 def lobe_density_ggx(x, y, z, alpha_x, alpha_y):
-    ux, uy, uz = unit_vector(x, y, z)
-    a, b = extended(alpha_x, alpha_y)
-    true = uz / (PI * a * b * ((ux / a) ** 2 + (uy / b) ** 2 + uz * uz) ** 2)
-    return np.where(true > 1e-290, ulps(lobes.pdf("ggx", alpha_x, alpha_y, np.stack([x, y, z], axis=-1)), true), 0)
+    def true(ux, uy, uz, a, b):
+        return uz / (PI * a * b * ((ux / a) ** 2 + (uy / b) ** 2 + uz * uz) ** 2)
+
+    return density_error("ggx", (x, y, z), true, alpha_x, alpha_y)
 
 
 @claim(15, SIDE, SIDE, SIDE, ROUGHNESS, ROUGHNESS, is_valid=is_lobe)
 def lobe_density_beckmann(x, y, z, alpha_x, alpha_y):
     """Over 1 + A / m_z^2."""
-    ux, uy, uz = unit_vector(x, y, z)
-    a, b = extended(alpha_x, alpha_y)
-    slope2 = ((ux / a) ** 2 + (uy / b) ** 2) / (uz * uz)
-    true = np.exp(-slope2) / (PI * a * b * uz**3)
-    found = ulps(lobes.pdf("beckmann", alpha_x, alpha_y, np.stack([x, y, z], axis=-1)), true) / (1 + slope2)
-    return np.where(true > 1e-290, found, 0)
+
+    def slope2(ux, uy, uz, a, b):
+        return ((ux / a) ** 2 + (uy / b) ** 2) / (uz * uz)
+
+    def true(ux, uy, uz, a, b):
+        return np.exp(-slope2(ux, uy, uz, a, b)) / (PI * a * b * uz**3)
+
+    return density_error("beckmann", (x, y, z), true, alpha_x, alpha_y) / (1 + slope2(x, y, z, alpha_x, alpha_y))
 
 
 def sampled_lobe_error(kind, u, v, alpha_x, alpha_y):
-    x, a, b = extended(u, alpha_x, alpha_y)
-    sine, cosine = quarter_turns(4 * v.astype(Extended))
-    is_edge = x == 1
-    if kind == "ggx":
-        radius, z = np.sqrt(x), np.sqrt(1 - x)
-    else:
-        radius, z = np.where(is_edge, 1, np.sqrt(-np.log1p(-np.where(is_edge, 0, x)))), np.where(is_edge, 0, 1)
-    true = np.stack(np.broadcast_arrays(a * radius * cosine, b * radius * sine, z), axis=-1)
-    true /= np.sqrt(np.sum(true * true, axis=-1, keepdims=True))
-    return np.max(np.where(np.abs(true) > 1e-290, ulps(lobes.sample(kind, alpha_x, alpha_y, u, v), true), 0), axis=-1)
+    """In either precision; 1 and 0 are numbers like others."""
+    worst = np.zeros(u.shape)
+    for dtype in (np.float64, np.float32):
+        given = [part.astype(dtype) for part in (alpha_x, alpha_y, u, v)]
+        a, b, x, turn = extended(*given)
+        sine, cosine = quarter_turns(4 * turn)
+        is_edge = x == 1
+        if kind == "ggx":
+            radius, z = np.sqrt(x), np.sqrt(1 - x)
+        else:
+            radius, z = np.where(is_edge, 1, np.sqrt(-np.log1p(-np.where(is_edge, 0, x)))), np.where(is_edge, 0, 1)
+        true = np.stack(np.broadcast_arrays(a * radius * cosine, b * radius * sine, z), axis=-1)
+        true /= np.sqrt(np.sum(true * true, axis=-1, keepdims=True))
+        found = lobes.sample(kind, *given)
+        assert found.dtype == dtype
+        is_normal = np.abs(true) > 100 * np.finfo(dtype).tiny
+        worst = np.maximum(worst, np.max(np.where(is_normal, ulps(found, true), 0), axis=-1))
+    return worst
+
+
+@claim(8, UNIT, UNIT, uniform(0.0, BELOW_ONE), is_valid=lambda u, v, g: is_hg(u, g))
+def lobe_sample_hg(u, v, g):
+    """The cosine in ulp of 0.1 where it is smaller: its zero lies where nothing else is small."""
+    worst = np.zeros(u.shape)
+    for dtype in (np.float64, np.float32):
+        given = [np.minimum(g, 1 - np.finfo(dtype).epsneg).astype(dtype), u.astype(dtype), v.astype(dtype)]
+        minus, plus = hg_ends(given[1], given[0])
+        side, (sine, cosine) = np.sqrt(minus * plus), quarter_turns(4 * given[2].astype(Extended))
+        found = lobes.sample("hg", given[0], dtype(0), *given[1:])
+        assert found.dtype == dtype
+        for got, true in zip(found.T[:2], (side * cosine, side * sine), strict=True):
+            worst = np.maximum(worst, np.where(np.abs(true) > 1e-30, ulps(got, true), 0))
+        mu = hg_mu(given[1], given[0])
+        spacing = np.spacing(np.maximum(np.abs(mu), 0.1).astype(dtype)).astype(Extended)
+        worst = np.maximum(worst, np.abs(found[..., 2] - mu) / spacing)
+    return worst
 
 
 @claim(10, UNIT, UNIT, ROUGHNESS, ROUGHNESS)
@@ -334,11 +373,30 @@ def length_of_directions_float64(*cell):
 
 @claim(3.5, uniform(-2.0, 2.0), uniform(0.0, 2.0), UNIT_NUMBER)
 def azimuth_in_a_cell(centre, half_width, v):
-    """In ulp of 1."""
-    c, w, share = extended(centre, half_width, v)
-    turned = elementary.sincos_turned_any(*(x.astype(float) for x in quarter_turns(c)), half_width, v)
-    true = quarter_turns(c + w * (2 * share - 1))
-    return np.max([np.abs(x - t) for x, t in zip(turned, true, strict=True)], axis=0) / 2.0**-52
+    """In ulp of 1, in either precision."""
+    worst = np.zeros(v.shape)
+    for kind in (np.float64, np.float32):
+        sine, cosine, w, share = (x.astype(kind) for x in (*quarter_turns(centre.astype(Extended)), half_width, v))
+        turned = elementary.sincos_turned_any(sine, cosine, w, share)
+        s, c, w, share = extended(sine, cosine, w, share)
+        turn_sine, turn_cosine = quarter_turns(w * (2 * share - 1))
+        for x, true in zip(turned, (s * turn_cosine + c * turn_sine, c * turn_cosine - s * turn_sine), strict=True):
+            worst = np.maximum(worst, np.abs(x - true) / np.finfo(kind).eps)
+    return worst
+
+
+@claim(2, uniform(-elementary.NARROW_HALF_WIDTH, elementary.NARROW_HALF_WIDTH))
+def short_series(r):
+    """In ulp of the sine, and of 1 over 0.35 for the cosine."""
+    worst = np.zeros(r.shape)
+    for kind in (np.float64, np.float32):
+        x = r.astype(kind)
+        sine, cosine = elementary.sincos_narrow(x)
+        true_sine, true_cosine = quarter_turns(x.astype(Extended))
+        off_sine, off_cosine = np.abs(sine - true_sine), np.abs(cosine - true_cosine)
+        errors = off_sine / np.where(true_sine == 0, 1, np.abs(true_sine)), off_cosine / 0.35
+        worst = np.maximum(worst, np.maximum(*errors) / np.finfo(kind).eps)
+    return worst
 
 
 @claim(2, UNIT_NUMBER, uniform(-MAX_SLOPE, MAX_SLOPE))
@@ -355,6 +413,13 @@ def place_on_a_slope(u, slope):
 def sky_clearness(dni, dhi, zenith):
     n, h, z = extended(dni, dhi, zenith)
     return ulps(sky.perez.sky_clearness(dni, dhi, zenith), 1 + n / h / (1 + Extended("1.041") * z**3))
+
+
+@claim(4e-18, uniform(1e-12, 1e3))
+def logarithm_in_two_parts(x):
+    """Over the larger of 1 and the logarithm."""
+    head, tail = extended(*coefficients.log(x))
+    return np.abs(head + tail - np.log(x.astype(Extended))) / np.maximum(np.abs(head), 1)
 
 
 @claim(2, uniform(1e-20, 700.0))

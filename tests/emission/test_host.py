@@ -1,4 +1,4 @@
-"""Photons inside somebody else's loop are those of the source to the bit."""
+"""Samplers for loops of numba: ends, arguments, processes; their photons to the bit: test_numbers.py."""
 
 import pickle
 
@@ -7,65 +7,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from tests.support.host_scenes import SCENES, N, directions, source
-
-# each pair of options; placement "centre" is the code of "r2" with steps of zero
-WAYS = [
-    ("shuffled", "r2", "float32"),
-    ("patch", "r2", "float64"),
-    ("shuffled", "philox", "float64"),
-    ("patch", "philox", "float32"),
-]
-
-
-def options(way):
-    return dict(zip(("order", "placement", "precision"), way, strict=True))
-
-
-ALL = [(name, options(way)) for name in SCENES for way in WAYS]
-ALL.append(("table", {"placement": "centre"}))
-
-
-def one_by_one(sample, indices, dtype):
-    @numba.njit
-    def loop(indices, out):
-        for j in range(indices.size):
-            out[0, j], out[1, j], out[2, j] = sample(indices[j])
-
-    out = np.empty((3, indices.size), dtype)
-    loop(indices, out)
-    return out
-
-
-def filled(sampler, start, n, dtype=np.float32):
-    out = np.zeros((3, n), dtype)
-    assert sampler.fill(start, out) == n
-    return out
-
-
-QUICK = ("table", {})
-"""All laws with numbers, which hold the directions too, are in test_numbers.py."""
-
-
-@pytest.mark.parametrize(("name", "options"), [QUICK, *(pytest.param(*one, marks=pytest.mark.slow) for one in ALL)])
-def test_same_bits(name, options):
-    bands = source(name, [N, N // 2], **options)
-    sampler = bands.numba_sampler(1)
-    assert (sampler.n, sampler.band, sampler.precision) == (N // 2, 1, bands.dtype)
-    wanted = directions(bands.photons(1))
-    indices = np.random.default_rng(1).permutation(sampler.n)
-    assert one_by_one(sampler.sample, indices, bands.dtype).tobytes() == wanted[:, indices].tobytes()
-    assert filled(sampler, 0, sampler.n, bands.dtype).tobytes() == wanted.tobytes()
-
-
-@pytest.mark.slow
-def test_more_than_32_bits_of_photons():
-    bands = source("table", 3 * 10**12)
-    sampler = bands.numba_sampler(0)
-    start = 2**41 + 12345
-    wanted = directions(bands.photons(0, start, start + 5000))
-    assert one_by_one(sampler.sample, np.arange(start, start + 5000), np.float32).tobytes() == wanted.tobytes()
-    assert filled(sampler, start, 5000).tobytes() == wanted.tobytes()
+from tests.support.host_scenes import N, directions, source
 
 
 def test_ends_and_wrong_arguments():

@@ -9,14 +9,23 @@ from aomc_sky.emission.photons import number_columns
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS
 from aomc_sky.plan.streams import philox_pair
-from tests.emission.test_host import WAYS as HOST_WAYS
-from tests.emission.test_host import options
 from tests.support.emitted import empty
-from tests.support.host_scenes import N, directions, source
+from tests.support.host_scenes import SCENES, N, directions, source
 
 JIT = not numba.config.DISABLE_JIT
 needs_jit = pytest.mark.skipif(not JIT, reason="hosts need the compiler")
-WAYS = [*HOST_WAYS, ("shuffled", "centre", "float32")]
+# each pair of options; placement "centre" is the code of "r2" with steps of zero
+WAYS = [
+    ("shuffled", "r2", "float32"),
+    ("patch", "r2", "float64"),
+    ("shuffled", "philox", "float64"),
+    ("patch", "philox", "float32"),
+    ("shuffled", "centre", "float32"),
+]
+
+
+def options(way):
+    return dict(zip(("order", "placement", "precision"), way, strict=True))
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -112,38 +121,40 @@ def test_wrong_arguments():
     assert [c.size for c in number_columns(made.photons(0, 0, 10, numbers=2).numbers)] == [10, 10, 0]
 
 
+LOOPS = [("table", WAYS[0], 0, N), ("table", WAYS[3], 3, N)]
+MORE_LOOPS = [*((name, way, 0, N) for name in SCENES for way in WAYS[:4]), ("table", WAYS[4], 0, N)]
+MORE_LOOPS += [("everything", WAYS[3], 3, N), ("everything", WAYS[1], 1, N), ("table", WAYS[0], 0, 3 * 10**12)]
+
+
 @needs_jit
 @pytest.mark.parametrize(
-    ("name", "way", "k"),
-    [
-        ("table", WAYS[3], 3),
-        pytest.param("everything", WAYS[3], 3, marks=pytest.mark.slow),
-        pytest.param("everything", WAYS[1], 1, marks=pytest.mark.slow),
-    ],
+    ("name", "way", "k", "n"), [*LOOPS, *(pytest.param(*loop, marks=pytest.mark.slow) for loop in MORE_LOOPS)]
 )
-def test_inside_a_loop_of_numba(name, way, k):
-    made = source(name, **options(way))
+def test_inside_a_loop_of_numba(name, way, k, n):
+    """One by one in any order, and many at once: the photons and numbers of the source to the bit."""
+    made = source(name, [10, n], **options(way))
     sampler = made.numba_sampler(1, numbers=k)
-    sample = sampler.sample
+    assert (sampler.n, sampler.band, sampler.precision) == (n, 1, made.dtype)
+    sample, start = sampler.sample, 0 if n == N else 2**41 + 12345
 
     @numba.njit
-    def loop(out):
-        for i in range(out.shape[1]):
-            photon = sample(i)
+    def loop(indices, out):
+        for i in indices:
+            photon = sample(start + i)
             for c in range(out.shape[0]):
                 out[c, i] = photon[c]
 
-    batch = made.photons(1, numbers=k)
-    expected = np.vstack([directions(batch), batch.numbers.T])
+    batch = made.photons(1, start, start + N, numbers=k)
+    expected = np.vstack([directions(batch), *([batch.numbers.T] if k else [])])
     out, filled = np.zeros((2, 3 + k, N), made.dtype)
-    loop(out)
+    loop(np.random.default_rng(1).permutation(N), out)
     assert out.tobytes() == expected.tobytes()
-    assert sampler.fill(0, filled) == N
+    assert sampler.fill(start, filled) == N
     assert filled.tobytes() == expected.tobytes()
-    assert sampler.fill(N - 3, filled) == 3
-    assert np.array_equal(filled[:, :3], expected[:, -3:])
+    assert sampler.fill(n - 3, filled) == 3
+    assert n > N or np.array_equal(filled[:, :3], expected[:, -3:])
     assert np.array_equal(filled[:, 3:], expected[:, 3:])
     with pytest.raises(ValueError, match=rf"\({3 + k}, n\)"):
         sampler.fill(0, np.empty((2, 10), made.dtype))
     with pytest.raises(IndexError):
-        sample(N)
+        sample(n)

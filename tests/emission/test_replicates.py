@@ -18,7 +18,8 @@ ARRAYS = ("ux", "uy", "uz", "patch", "x", "y", "weight")
 def scene(n_photons, n_bands=1, weighting="listed", footprint=True):
     table = sky.TabulatedSky(wavelength_nm=[500.0], values=VALUES, grid=GRID, weighting=weighting)
     beam = sky.DirectBeam(sun_zenith_deg=40, sun_azimuth_deg=10)
-    components = (*table.lower([500.0]), *beam.lower([500.0]))
+    perez = sky.PerezSky(sun_zenith_rad=0.7, epsilon=3.0, delta=0.2, grid=sky.PatchGrid.regular(6, 8))
+    components = [component for model in (table, beam, perez) for component in model.lower([500.0])]
     place = sky.Footprint.circle(2.0) if footprint else sky.Footprint()
     return sky.Scene(wavebands=[500.0] * n_bands, n_photons=n_photons, components=components, footprint=place)
 
@@ -49,9 +50,10 @@ def test_one_replicate_is_the_run_without_any():
     assert_same(joined([plain.photons()]), joined([one.photons()]))
 
 
-@pytest.mark.parametrize(
-    "options", [{}, {"method": "iid"}, {"order": "patch"}, {"placement": "centre"}, {"precision": "float64"}]
-)
+OPTIONS = {"method": ["iid"], "order": ["patch"], "placement": ["philox", "centre"], "precision": ["float64"]}
+
+
+@pytest.mark.parametrize("options", [{}, *({name: value} for name, values in OPTIONS.items() for value in values)])
 def test_a_replicate_is_the_band_of_its_lane(options):
     """Replicate r of band b is band r * n_bands + b of a run with as many bands, so lanes share no counter."""
     source = scene(3 * 700, n_bands=2).source(seed=9, replicates=3, **options)
@@ -59,20 +61,6 @@ def test_a_replicate_is_the_band_of_its_lane(options):
     for band in range(2):
         pieces = [bands.photons(replicate * 2 + band) for replicate in range(3)]
         assert_same(joined([source.photons(band)]), joined(pieces))
-
-
-@pytest.mark.parametrize("options", [{}, {"placement": "philox"}])
-def test_lanes_of_the_exact_perez_sky(options):
-    """Rejection inside patches takes its words from the lane, too."""
-    model = sky.PerezSky(sun_zenith_rad=0.7, epsilon=3.0, delta=0.2, grid=sky.PatchGrid.regular(6, 8))
-
-    def perez(n_photons, n_bands):
-        return sky.Scene(wavebands=[500.0] * n_bands, n_photons=n_photons, components=model.lower([500.0]))
-
-    source = perez(3 * 400, 1).source(seed=2, replicates=3, **options)
-    bands = perez(400, 3).source(seed=2, **options)
-    assert_same(joined([source.photons()]), joined(bands.photons(band) for band in range(3)))
-    assert_same(filled(source, 1, bands.photons(1)), joined([bands.photons(1)]))
 
 
 def test_compiled_and_plain_photons_agree():

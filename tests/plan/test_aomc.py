@@ -1,6 +1,5 @@
 """The AOMC program's rounding: equality with what the program launched."""
 
-import csv
 import subprocess
 import warnings
 
@@ -13,14 +12,9 @@ from aomc_sky.plan.allocation import allocate
 from aomc_sky.skies.tabulated import aomc_weight
 from tests.reference import allocation as plain
 from tests.support.fortran import compile_reader, needs_gfortran
-from tests.support.shared import AOMC, DATA, needs_shared
+from tests.support.shared import AOMC, DATA, csv_rows, needs_shared
 
 LAUNCH, PATCH = ("iterations", "sky_wavelength_index"), ("zenith_index", "azimuth_index")
-
-
-def rows(path):
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def radiances(folder):
@@ -30,14 +24,14 @@ def radiances(folder):
 
 def launched_totals(folder):
     """Photons launched by (iterations, sky wavelength from 1)."""
-    table = [[int(row[name]) for name in (*LAUNCH, "launched")] for row in rows(folder / "totals.csv")]
+    table = [[int(row[name]) for name in (*LAUNCH, "launched")] for row in csv_rows(folder / "totals.csv")]
     return {(iterations, wavelength): launched for iterations, wavelength, launched in table}
 
 
 def launches(folder, shape):
     """Iterations, sky wavelength (from 0), launched total and counts (n_zenith, n_azimuth) of each launch."""
     counts = {key: np.zeros(shape, dtype=np.int64) for key in launched_totals(folder)}
-    for row in rows(folder / "counts.csv"):
+    for row in csv_rows(folder / "counts.csv"):
         *key, zenith, azimuth, photons = (int(row[name]) for name in (*LAUNCH, *PATCH, "photons"))
         counts[tuple(key)][zenith - 1, azimuth] = photons
     for (iterations, wavelength), total in launched_totals(folder).items():
@@ -76,7 +70,7 @@ def test_counts_of_the_program_on_every_reference_case(case):
 @needs_shared
 def test_uniform_sky_of_whole_degrees_ring_by_ring():
     weight = aomc_weight(np.ones((89, 360)))
-    rings = rows(AOMC / "dense_uniform_1deg" / "counts.csv")
+    rings = csv_rows(AOMC / "dense_uniform_1deg" / "counts.csv")
     for (iterations, _), total in launched_totals(AOMC / "dense_uniform_1deg").items():
         counts = allocate(weight, iterations, method="aomc")
         assert counts.sum() == total

@@ -4,8 +4,6 @@ The refractive index is that of Peck and Reeder (1972), the depolarisation that 
 in the paper (J. Atmos. Oceanic Technol. 16, 1854).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 MOLECULES_M3 = 2.546899e25
@@ -15,14 +13,14 @@ CO2_PER_MILLION = 360.0
 """Of the paper's table 3 and of its fit."""
 
 
-def refractive_index(wavelength_um: np.ndarray, co2_per_million: float = CO2_PER_MILLION) -> np.ndarray:
+def refractive_index(wavelength_um, co2_per_million=CO2_PER_MILLION):
     """Of standard air with this share of CO2: Peck and Reeder's at 300 per million and its correction."""
     square = np.asarray(wavelength_um) ** -2.0
     at_300 = (8060.51 + 2480990.0 / (132.274 - square) + 17455.7 / (39.32957 - square)) * 1e-8
     return 1.0 + at_300 * (1.0 + 0.54 * (co2_per_million - 300.0) * 1e-6)
 
 
-def king_factor(wavelength_um: np.ndarray, co2_per_million: float = CO2_PER_MILLION) -> np.ndarray:
+def king_factor(wavelength_um, co2_per_million=CO2_PER_MILLION):
     """Of air from those of its gases, equations 5, 6 and 23."""
     square = np.asarray(wavelength_um) ** -2.0
     nitrogen = 1.034 + 3.17e-4 * square
@@ -32,7 +30,7 @@ def king_factor(wavelength_um: np.ndarray, co2_per_million: float = CO2_PER_MILL
     return total / (78.084 + 20.946 + 0.934 + co2)
 
 
-def cross_section_m2(wavelength_um: np.ndarray, co2_per_million: float = CO2_PER_MILLION) -> np.ndarray:
+def cross_section_m2(wavelength_um, co2_per_million=CO2_PER_MILLION):
     """Of one molecule, equation 22. [m2]"""
     square_index = refractive_index(wavelength_um, co2_per_million) ** 2
     wavelength_m = np.asarray(wavelength_um) * 1e-6
@@ -40,16 +38,16 @@ def cross_section_m2(wavelength_um: np.ndarray, co2_per_million: float = CO2_PER
     return 24.0 * np.pi**3 * lorentz / (wavelength_m**4 * MOLECULES_M3**2) * king_factor(wavelength_um, co2_per_million)
 
 
-def _rational(wavelength_um: np.ndarray) -> np.ndarray:
+def _rational(wavelength_um):
     square = np.asarray(wavelength_um) ** 2
     return (1.0455996 - 341.29061 / square - 0.90230850 * square) / (1.0 + 0.0027059889 / square - 85.968563 * square)
 
 
-def fitted_cross_section_m2(wavelength_um: np.ndarray) -> np.ndarray:
+def fitted_cross_section_m2(wavelength_um):
     """The paper's own fit to its table of cross sections, equation 29. [m2]"""
     return 1e-32 * _rational(wavelength_um)
 
 
-def fitted_optical_depth(wavelength_um: np.ndarray) -> np.ndarray:
+def fitted_optical_depth(wavelength_um):
     """The paper's fit to the optical depth of air at sea level, 1013.25 hPa and 45 degrees north, equation 30."""
     return 0.0021520 * _rational(wavelength_um)

@@ -5,8 +5,6 @@ phase function as a sum of Legendre polynomials, one thin layer by a matrix expo
 (Plass, Kattawar and Catchings 1973, Applied Optics 12, 314). Vectors hold radiance at the nodes `mu`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,13 +21,13 @@ class Nodes:
     index: float
 
     @property
-    def air_mu(self) -> np.ndarray:
+    def air_mu(self):
         """Cosine in the air, NaN beyond the critical angle."""
         square = 1 - self.index**2 * (1 - self.mu**2)
         return np.sqrt(np.where(square > 0, square, np.nan))
 
 
-def nodes(n: int, index: float = 1.0) -> Nodes:
+def nodes(n, index=1.0):
     """Nodes in a panel on each side of the critical angle, where Fresnel's curve has a kink; 1 without weight last."""
     critical = np.sqrt(1 - 1 / index**2)
     x, w = roots_legendre(n)
@@ -43,7 +41,7 @@ def nodes(n: int, index: float = 1.0) -> Nodes:
     return Nodes(mu=np.append(mu, 1.0), weight=np.append(weight, 0.0), index=index)
 
 
-def fresnel(air_mu: np.ndarray, index: float) -> np.ndarray:
+def fresnel(air_mu, index):
     """Unpolarised reflectance from angles, by Fresnel's sine and tangent formulas; 1 where air_mu is NaN."""
     air = np.arccos(air_mu)
     water = np.arcsin(np.sin(air) / index)
@@ -54,7 +52,7 @@ def fresnel(air_mu: np.ndarray, index: float) -> np.ndarray:
     return np.where(np.isnan(air_mu), 1.0, both)
 
 
-def scattering_kernel(at: Nodes, moments: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def scattering_kernel(at, moments):
     """Phase function averaged over azimuth, forward and backward, normalised to 2 over (-1, 1)."""
     order = np.arange(moments.size)
     polynomials = np.array([eval_legendre(k, at.mu) for k in order])
@@ -64,7 +62,7 @@ def scattering_kernel(at: Nodes, moments: np.ndarray) -> tuple[np.ndarray, np.nd
     return forward, backward
 
 
-def layer(at: Nodes, optical_depth: float, albedo: float, moments: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def layer(at, optical_depth, albedo, moments):
     """Reflection and transmission matrices of a layer, radiance to radiance, direct light included."""
     forward, backward = scattering_kernel(at, moments)
     doublings = max(0, int(np.ceil(np.log2(optical_depth / at.mu.min()))) + 1)
@@ -83,7 +81,7 @@ def layer(at: Nodes, optical_depth: float, albedo: float, moments: np.ndarray) -
     return reflection, transmission
 
 
-def at_normal_incidence(at: Nodes, optical_depth: float, albedo: float, moments: np.ndarray) -> tuple[float, float]:
+def at_normal_incidence(at, optical_depth, albedo, moments):
     """Reflected and transmitted shares of a vertical beam; by reciprocity the radiance there under a sky of 1."""
     reflection, transmission = layer(at, optical_depth, albedo, moments)
     return float(reflection[-1].sum()), float(transmission[-1].sum())
@@ -98,9 +96,7 @@ class Balance:
     to_bottom: float
 
 
-def under_uniform_sky(
-    at: Nodes, optical_depth: float, albedo: float, moments: np.ndarray, bottom_reflectance: float = 0.0
-) -> Balance:
+def under_uniform_sky(at, optical_depth, albedo, moments, bottom_reflectance=0.0):
     """A layer under a flat surface and a uniform sky, over a Lambertian bottom."""
     reflection, transmission = layer(at, optical_depth, albedo, moments)
     surface = fresnel(at.air_mu, at.index)

@@ -1,39 +1,6 @@
-"""The three lobes with 60 digits, from their definitions; masses by plain quadrature over the world's sphere."""
+"""Masses of tilted lobes above the horizon with 40 digits."""
 
 import mpmath as mp
-
-DIGITS = 60
-
-
-def density(kind, param0, param1, m):
-    """Per steradian, for a direction of any length."""
-    with mp.workdps(DIGITS):
-        x, y, z = (mp.mpf(float(c)) for c in m)
-        length = mp.sqrt(x * x + y * y + z * z)
-        x, y, z, a, b = x / length, y / length, z / length, mp.mpf(float(param0)), mp.mpf(float(param1))
-        if kind == "hg":
-            return (1 - a * a) / (4 * mp.pi * (1 + a * a - 2 * a * z) ** mp.mpf(1.5))
-        if z <= 0:
-            return mp.mpf(0)
-        slope2 = (x / a) ** 2 + (y / b) ** 2
-        if kind == "ggx":
-            return z / (mp.pi * a * b * (slope2 + z * z) ** 2)
-        return mp.exp(-slope2 / z**2) / (mp.pi * a * b * z**3)
-
-
-def direction(kind, param0, param1, u, v):
-    """Inverse of the radial law at u and azimuth v of a turn."""
-    with mp.workdps(DIGITS):
-        u, v, a, b = (mp.mpf(float(c)) for c in (u, v, param0, param1))
-        cos, sin = mp.cos(2 * mp.pi * v), mp.sin(2 * mp.pi * v)
-        if kind == "hg":
-            mu = 2 * u - 1 if a == 0 else (1 + a * a - ((1 - a * a) / (1 - a + 2 * a * u)) ** 2) / (2 * a)
-            side = mp.sqrt((1 - mu) * (1 + mu))
-            return side * cos, side * sin, mu
-        radius = mp.sqrt(u / (1 - u)) if kind == "ggx" else mp.sqrt(-mp.log(1 - u))
-        x, y = a * radius * cos, b * radius * sin
-        length = mp.sqrt(x * x + y * y + 1)
-        return x / length, y / length, 1 / length
 
 
 def hg_above(g, cosine, weighting):

@@ -5,15 +5,11 @@ through a horizontal surface has the density max(f, 0) cos(zenith) per solid ang
 rectangle of u = sin^2(zenith angle) and azimuth. Angles are in radians, azimuths count from the sun's.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-Function = Callable[[np.ndarray, np.ndarray], np.ndarray]
 ORDER = 8
 DEEPEST = 48
 
@@ -31,11 +27,11 @@ class PerezLaw:
     clipped: bool = True
     tolerance: float = 1e-10
 
-    def __post_init__(self) -> None:
+    def __post_init__(self):
         if not self.coefficients[1] <= 0 or not 0 <= self.sun_zenith_rad < np.pi / 2:
             raise ValueError("the oracle wants b <= 0 and the sun above the horizon")
 
-    def luminance(self, mu: np.ndarray, gamma: np.ndarray) -> np.ndarray:
+    def luminance(self, mu, gamma):
         """Eq. (1); `mu` = cos(zenith angle), `gamma` = angle from the sun."""
         a, b, c, d, e = self.coefficients
         lit = mu > 0
@@ -43,29 +39,29 @@ class PerezLaw:
         value = (1 + a * inner) * (1 + c * np.exp(d * gamma) + e * np.cos(gamma) ** 2)
         return np.maximum(value, 0.0) if self.clipped else value
 
-    def over_patch(self, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    def over_patch(self, zenith, azimuth):
         """Flux density per d(zenith angle) d(azimuth): smooth up to the zenith, where sqrt(u) is not."""
         mu, sine = np.cos(zenith), np.sin(zenith)
         return self.luminance(mu, self.angle_from_sun(mu, sine, azimuth)) * mu * sine
 
-    def angle_from_sun(self, mu: np.ndarray, sine: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    def angle_from_sun(self, mu, sine, azimuth):
         """Angle between a direction and the sun by half the chord: sharp beside the sun."""
         s, c = np.sin(self.sun_zenith_rad), np.cos(self.sun_zenith_rad)
         chord2 = (sine - s) ** 2 + 4 * sine * s * np.sin(azimuth / 2) ** 2 + (mu - c) ** 2
         return 2 * np.arcsin(np.minimum(np.sqrt(chord2) / 2, 1.0))
 
-    def mu_from_sun(self, gamma: np.ndarray, psi: np.ndarray) -> np.ndarray:
+    def mu_from_sun(self, gamma, psi):
         """cos(zenith angle) at the angle gamma from the sun; psi = 0 points away from the zenith."""
         s, c = np.sin(self.sun_zenith_rad), np.cos(self.sun_zenith_rad)
         return np.cos(gamma) * c - np.sin(gamma) * s * np.cos(psi)
 
-    def around_sun(self, gamma: np.ndarray, psi: np.ndarray) -> np.ndarray:
+    def around_sun(self, gamma, psi):
         """Flux density per d(gamma) d(psi), 0 below the horizon."""
         mu = self.mu_from_sun(gamma, psi)
         return self.luminance(mu, gamma) * np.maximum(mu, 0.0) * np.sin(gamma)
 
 
-def integrate_boxes(function: Function, boxes: np.ndarray, tolerance: float) -> tuple[np.ndarray, float]:
+def integrate_boxes(function, boxes, tolerance):
     """Integrals over rectangles (n, 4) of x0, x1, y0, y1, and a bound of the sum of their errors.
 
     Each is split in four until its Gauss sum and that of its quarters agree: the disagreements add up to the
@@ -90,14 +86,14 @@ def integrate_boxes(function: Function, boxes: np.ndarray, tolerance: float) -> 
     raise AssertionError(f"{len(boxes)} boxes do not converge after {DEEPEST} halvings")
 
 
-def _quarters(boxes: np.ndarray) -> np.ndarray:
+def _quarters(boxes):
     x0, x1, y0, y1 = boxes.T
     x, y = (x0 + x1) / 2, (y0 + y1) / 2
     split = [(x0, x, y0, y), (x, x1, y0, y), (x0, x, y, y1), (x, x1, y, y1)]
     return np.stack([np.stack(part, axis=1) for part in split], axis=1).reshape(-1, 4)
 
 
-def _gauss(function: Function, boxes: np.ndarray) -> np.ndarray:
+def _gauss(function, boxes):
     node, weight = np.polynomial.legendre.leggauss(ORDER)
     x0, x1, y0, y1 = (edge[:, None] for edge in boxes.T)
     x = ((x0 + x1) / 2 + (x1 - x0) / 2 * node)[:, :, None]
@@ -106,13 +102,13 @@ def _gauss(function: Function, boxes: np.ndarray) -> np.ndarray:
     return np.einsum("nij,i,j->n", value, weight, weight) * ((x1 - x0) * (y1 - y0) / 4)[:, 0]
 
 
-def _product_boxes(x_edges: np.ndarray, y_edges: np.ndarray) -> np.ndarray:
+def _product_boxes(x_edges, y_edges):
     x0, y0 = np.meshgrid(x_edges[:-1], y_edges[:-1], indexing="ij")
     x1, y1 = np.meshgrid(x_edges[1:], y_edges[1:], indexing="ij")
     return np.stack([x0, x1, y0, y1], axis=-1).reshape(-1, 4)
 
 
-def flux_over_sky(law: PerezLaw, quantity: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]) -> float:
+def flux_over_sky(law, quantity):
     """Integral of max(f, 0) cos(zenith) times a quantity over the hemisphere, in coordinates around the sun.
 
     Around the sun nothing is cut up to gamma = pi/2 - Z; beyond, gamma = pi/2 - Z cos(t) and psi from where the
@@ -123,12 +119,12 @@ def flux_over_sky(law: PerezLaw, quantity: Callable[[np.ndarray, np.ndarray, np.
     z = law.sun_zenith_rad
     s, c = np.sin(z), np.cos(z)
 
-    def at(gamma: np.ndarray, psi: np.ndarray) -> np.ndarray:
+    def at(gamma, psi):
         x = np.cos(gamma) * s + np.sin(gamma) * np.cos(psi) * c
         y = np.sin(gamma) * np.sin(psi)
         return law.around_sun(gamma, psi) * quantity(x, y, law.mu_from_sun(gamma, psi))
 
-    def beyond(t: np.ndarray, place: np.ndarray) -> np.ndarray:
+    def beyond(t, place):
         gamma = np.pi / 2 - z * np.cos(t)
         first = np.arccos(np.clip(c / s * np.cos(gamma) / np.sin(gamma), -1.0, 1.0))
         return at(gamma, first + (np.pi - first) * place) * (np.pi - first) * z * np.sin(t)
@@ -147,12 +143,12 @@ def flux_over_sky(law: PerezLaw, quantity: Callable[[np.ndarray, np.ndarray, np.
     return 2 * float(total)
 
 
-def mean(law: PerezLaw, quantity: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]) -> float:
+def mean(law, quantity):
     """Mean of a quantity over photons: see `flux_over_sky`. Relative error below 2e-9 for positive quantities."""
     return flux_over_sky(law, quantity) / flux_over_sky(law, lambda x, y, mu: np.ones_like(mu))
 
 
-def patch_flux(law: PerezLaw, zenith_edges_deg: np.ndarray, azimuth_edges_deg: np.ndarray) -> np.ndarray:
+def patch_flux(law, zenith_edges_deg, azimuth_edges_deg):
     """Integral of max(f, 0) cos(zenith) over each cell of zenith angle and azimuth from the sun.
 
     Shape (n_zenith, n_azimuth). Error below ten tolerances of the whole.
@@ -162,13 +158,13 @@ def patch_flux(law: PerezLaw, zenith_edges_deg: np.ndarray, azimuth_edges_deg: n
     return flux.reshape(len(zenith_edges_deg) - 1, len(azimuth_edges_deg) - 1)
 
 
-def patch_shares(law: PerezLaw, zenith_edges_deg: np.ndarray, azimuth_edges_deg: np.ndarray) -> np.ndarray:
+def patch_shares(law, zenith_edges_deg, azimuth_edges_deg):
     """Share of the photons in each cell of a hemisphere: `patch_flux` over its sum."""
     flux = patch_flux(law, zenith_edges_deg, azimuth_edges_deg)
     return flux / flux.sum()
 
 
-def cone_shares(law: PerezLaw, gamma_edges_rad: np.ndarray, n_sectors: int) -> np.ndarray:
+def cone_shares(law, gamma_edges_rad, n_sectors):
     """Share of all photons in rings around the sun, each in equal sectors of psi, shape (n_ring, n_sectors).
 
     The rings must lie above the horizon: edges up to pi/2 - Z. Error below ten tolerances of the whole.
@@ -181,7 +177,7 @@ def cone_shares(law: PerezLaw, gamma_edges_rad: np.ndarray, n_sectors: int) -> n
     return (flux / whole).reshape(-1, n_sectors)
 
 
-def cone_places(law: PerezLaw, gamma: np.ndarray, radius_rad: float) -> np.ndarray:
+def cone_places(law, gamma, radius_rad):
     """Distribution function of the angle from the sun among the photons within a cone: uniform on [0, 1].
 
     Error below 1e-8: cubic Hermite between 129 sums by quadrature, with the exact slope.
@@ -194,7 +190,7 @@ def cone_places(law: PerezLaw, gamma: np.ndarray, radius_rad: float) -> np.ndarr
     return CubicHermiteSpline(edges, flux / flux[-1], slope / flux[-1])(gamma)
 
 
-def around_the_sun(law: PerezLaw, mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def around_the_sun(law, mu, u, azimuth):
     """Angle from the sun and psi [0 to 2 pi) of directions."""
     sine = np.sqrt(u)
     s, c = np.sin(law.sun_zenith_rad), np.cos(law.sun_zenith_rad)

@@ -5,9 +5,6 @@ the true altitude, which is less by the integral of -(dn/dr) / n tan z; what it 
 along the bent way.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -21,8 +18,6 @@ SCALE_M = 8435.0
 REFRACTIVITY = 2.774e-4
 """n - 1 of air at 15 degrees C, 101 325 Pa and 550 nm, from Peck and Reeder (1972)."""
 TOP_M = 100_000.0
-
-Extinction = Callable[[float], float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,21 +35,21 @@ class Beam:
     concentration: float  #: Irradiance of a horizontal plane over that of the straight beam, for the same transmittance
 
     @property
-    def horizontal_ratio(self) -> float:
+    def horizontal_ratio(self):
         """Irradiance of a horizontal plane, refracted over straight."""
         return self.concentration * float(np.exp(self.depth_straight - self.depth_bent))
 
     @property
-    def sine_ratio(self) -> float:
+    def sine_ratio(self):
         """The same for one irradiance on a plane normal to the beam."""
         return float(np.sin(np.radians(self.apparent_deg)) / np.sin(np.radians(self.true_deg)))
 
 
-def index(height_m: float) -> float:
+def index(height_m):
     return 1.0 + REFRACTIVITY * float(np.exp(-height_m / SCALE_M))
 
 
-def _over_height(integrand: Callable[[float], float], kinks_m: tuple[float, ...]) -> float:
+def _over_height(integrand, kinks_m):
     """Integral from the ground to the top, in the root of the height, for level rays begin like a root."""
     cuts = np.sqrt([0.0, *sorted(kinks_m), TOP_M])
     pieces = [
@@ -64,31 +59,31 @@ def _over_height(integrand: Callable[[float], float], kinks_m: tuple[float, ...]
     return float(sum(pieces))
 
 
-def true_altitude_deg(apparent_deg: float) -> float:
+def true_altitude_deg(apparent_deg):
     """Altitude that a ray of this apparent altitude had outside the air."""
     constant = index(0.0) * RADIUS_M * np.cos(np.radians(apparent_deg))
 
-    def bending(height: float) -> float:
+    def bending(height):
         slope = REFRACTIVITY / SCALE_M * np.exp(-height / SCALE_M)
         return float(slope / index(height) * constant / _rise(height, apparent_deg))
 
     return apparent_deg - float(np.degrees(_over_height(bending, ())))
 
 
-def _rise(height_m: float, apparent_deg: float) -> float:
+def _rise(height_m, apparent_deg):
     """n r cos z of the ray at a height."""
     ground, here = index(0.0) * RADIUS_M, index(height_m) * (RADIUS_M + height_m)
     return float(np.sqrt((ground * np.sin(np.radians(apparent_deg))) ** 2 + (here - ground) * (here + ground)))
 
 
-def beam(true_deg: float, extinction: Extinction, kinks_m: tuple[float, ...] = ()) -> Beam:
+def beam(true_deg, extinction, kinks_m=()):
     """The beam of a sun at a true altitude through air of this extinction. [m-1 by height in m]"""
     apparent = brentq(lambda a: true_altitude_deg(a) - true_deg, true_deg, true_deg + 1.0, xtol=1e-10)
 
-    def bent(height: float) -> float:
+    def bent(height):
         return extinction(height) * index(height) * (RADIUS_M + height) / _rise(height, apparent)
 
-    def straight(height: float) -> float:
+    def straight(height):
         sine = RADIUS_M * np.sin(np.radians(true_deg))
         return extinction(height) * (RADIUS_M + height) / float(np.sqrt(sine**2 + height * (2 * RADIUS_M + height)))
 

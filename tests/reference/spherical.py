@@ -1,19 +1,15 @@
 """Rays through a spherical atmosphere the slow way: vectors, one ray at a time, no tables, no shared variables."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import mpmath
 import numpy as np
 
-from aomc_sky.skies.atmosphere.medium import Medium
-
 _NODE, _WEIGHT = np.polynomial.legendre.leggauss(24)
 _END_NODE, _END_WEIGHT = np.polynomial.legendre.leggauss(16)
 
 
-def exponential_column(radius_m: float, top_m: float, scale_m: float, altitude_m: float, zenith: object) -> mpmath.mpf:
+def exponential_column(radius_m, top_m, scale_m, altitude_m, zenith):
     """Integral of exp(-h/scale) along a ray from an altitude to the top, to 20 digits; zenith in [0, pi] [m]."""
     with mpmath.workdps(25):
         radius, top, scale, start = (mpmath.mpf(x) for x in (radius_m, top_m, scale_m, altitude_m))
@@ -22,7 +18,7 @@ def exponential_column(radius_m: float, top_m: float, scale_m: float, altitude_m
         end = -start * mu + mpmath.sqrt((start * mu) ** 2 + (radius + top) ** 2 - start**2)
         lowest = max(-start * mu, mpmath.mpf(0))
 
-        def density(s: mpmath.mpf) -> mpmath.mpf:
+        def density(s):
             return mpmath.exp(-(mpmath.sqrt(start**2 + s * s + 2 * start * mu * s) - radius) / scale)
 
         cuts = [mpmath.mpf(0), lowest]
@@ -35,13 +31,13 @@ def exponential_column(radius_m: float, top_m: float, scale_m: float, altitude_m
 class SlowRays:
     """Order 1 of a medium at one wavelength, in single directions; quadratures are cut at the altitudes `cut_m`."""
 
-    def __init__(self, medium: Medium, cut_m: tuple[float, ...], row: int = 0) -> None:
+    def __init__(self, medium, cut_m, row=0):
         self.medium = medium
         self.cut_m = (*cut_m, medium.top_m)
         self.row = row
         self.radius = medium.earth_radius_m
 
-    def _crossings(self, point: np.ndarray, direction: np.ndarray, altitude_m: float) -> list[float]:
+    def _crossings(self, point, direction, altitude_m):
         """Distances ahead at which a ray crosses an altitude."""
         along = point @ direction
         rest = (self.radius + altitude_m) ** 2 - point @ point + along**2
@@ -49,12 +45,12 @@ class SlowRays:
             return []
         return [s for s in (-along - np.sqrt(rest), -along + np.sqrt(rest)) if s > 0]
 
-    def _density(self, altitude_m: np.ndarray, weights: list[float]) -> np.ndarray:
+    def _density(self, altitude_m, weights):
         inside = np.clip(altitude_m, 0, self.medium.top_m)
         parts = zip(weights, self.medium.constituents, strict=True)
         return sum((w * part.number_density(inside) for w, part in parts), np.zeros_like(altitude_m))
 
-    def depth(self, point: np.ndarray, direction: np.ndarray, length: float | None = None) -> float:
+    def depth(self, point, direction, length=None):
         """Optical depth of a stretch, or to the top; infinite behind the ground."""
         r = np.linalg.norm(point)
         along = point @ direction
@@ -75,7 +71,7 @@ class SlowRays:
             total += 0.5 * (high - low) * float(self._density(altitude, extinction) @ _WEIGHT)
         return total
 
-    def radiance(self, sun_zenith: float, zenith: float, azimuth: float) -> float:
+    def radiance(self, sun_zenith, zenith, azimuth):
         """Radiance of order 1 for an irradiance of 1 [sr-1]."""
         sun = np.array([np.sin(sun_zenith), 0, np.cos(sun_zenith)])
         view = np.array([np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)])
@@ -99,11 +95,11 @@ class SlowRays:
                 total += weight * share * (high - low) * float(self._density(altitude, scattering)[0]) * seen
         return total
 
-    def _view_cuts(self, eye: np.ndarray, view: np.ndarray, sun: np.ndarray) -> list[float]:
+    def _view_cuts(self, eye, view, sun):
         """Where the way looked along is cut: altitudes, the shadow's edge, and where the sun's ray touches a kink."""
         end = max(self._crossings(eye, view, self.medium.top_m))
 
-        def lowest(s: float) -> float:
+        def lowest(s):
             point = eye + s * view
             along = point @ sun
             return np.inf if along >= 0 else np.sqrt(point @ point - along**2) - self.radius
@@ -116,12 +112,12 @@ class SlowRays:
         return sorted(cuts)
 
     @staticmethod
-    def _first(is_true: object, end: float) -> float:
+    def _first(is_true, end):
         """Where something along the way becomes true, by halving; 0 where it is true from the start."""
         low, high = 0.0, end
-        if is_true(1e-9 * end):  # type: ignore[operator]
+        if is_true(1e-9 * end):
             return 0.0
         for _ in range(60):
             middle = 0.5 * (low + high)
-            low, high = (low, middle) if is_true(middle) else (middle, high)  # type: ignore[operator]
+            low, high = (low, middle) if is_true(middle) else (middle, high)
         return high

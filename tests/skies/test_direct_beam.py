@@ -20,9 +20,3 @@ def test_small_discs_have_photons(zenith_deg, radius_deg):
 def test_a_disc_that_is_too_small_for_the_horizon_to_cut(zenith_deg, radius_deg):
     with pytest.raises(sky.SceneError, match=f"0.0001 degrees or more, got radius_deg {radius_deg:g} at the zenith"):
         sky.DirectBeam(sun_zenith_deg=zenith_deg, radius_deg=radius_deg)
-
-
-@pytest.mark.parametrize("radius_deg", [-1e-3, 10.001, float("nan")])
-def test_a_disc_larger_than_ten_degrees_is_refused(radius_deg):
-    with pytest.raises(sky.SceneError, match="radius"):
-        sky.DirectBeam(sun_zenith_deg=30.0, radius_deg=radius_deg)

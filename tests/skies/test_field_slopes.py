@@ -1,7 +1,5 @@
 """Slopes of a gridded radiance field: at edges of patches, of constant fields, and of fields of any magnitude."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

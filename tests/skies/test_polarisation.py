@@ -1,7 +1,5 @@
 """The pattern of light scattered once, against dipoles as vectors in space; and the means of patches."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

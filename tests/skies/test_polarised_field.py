@@ -1,7 +1,5 @@
 """Fields of I, Q and U: a vector code's sky against published rows, its photons, and what a flat sea reflects."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline

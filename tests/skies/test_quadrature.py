@@ -1,7 +1,5 @@
 """The one rule of integrals over patches: its points, hard places against another quadrature, and planted defects."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import mpmath as mp
@@ -14,7 +12,7 @@ from aomc_sky.skies.quadrature import POINTS, Rule, points_of, weighted_sum
 SKY = np.array([[0.0, 1.0]]), np.array([[0.0, 4.0]])
 
 
-def test_points_are_gauss_points() -> None:
+def test_points_are_gauss_points():
     with mp.workdps(40):
         for order, (nodes, weights, _) in POINTS.items():
             for node, weight in zip(nodes, weights, strict=True):
@@ -24,7 +22,7 @@ def test_points_are_gauss_points() -> None:
                 assert abs(1 / ((1 - root**2) * slope**2) - mp.mpf(float(weight))) < 1e-16
 
 
-def test_highest_coefficient_sees_nothing_below_its_degree() -> None:
+def test_highest_coefficient_sees_nothing_below_its_degree():
     for order, (nodes, _, highest) in POINTS.items():
         for degree in range(order - 1):
             assert abs(weighted_sum(nodes**degree, highest)) < 1e-15
@@ -55,7 +53,7 @@ def rule_of(light, centre, **options):
 
 @pytest.mark.parametrize("centre", [(0.4, 1.1), (0.9999, 3.7), (0.004, 0.3)])
 @pytest.mark.parametrize("decay", [3.0, 300.0])
-def test_a_cone_at_any_place(centre, decay) -> None:
+def test_a_cone_at_any_place(centre, decay):
     """Patches that hold the sun, touch it or are far away; the other quadrature ends at the sun in both angles."""
 
     def light(x, y):
@@ -72,7 +70,7 @@ def test_a_cone_at_any_place(centre, decay) -> None:
     assert rule.integrate(*SKY).masses(1)[0] == pytest.approx(found.sum(), rel=1e-10)
 
 
-def test_a_narrow_cone_is_not_seen_without_its_width() -> None:
+def test_a_narrow_cone_is_not_seen_without_its_width():
     """Planted: a rule that trusts two orders which agree misses what stands between their points."""
     centre = (0.37, 1.3)
     rule = rule_of(lambda x, y: np.exp(-3000.0 * cone(x, y, centre)) + 1.0, centre, width=1e-3, cusp=3000.0)
@@ -85,7 +83,7 @@ def test_a_narrow_cone_is_not_seen_without_its_width() -> None:
 
 @pytest.mark.parametrize("centre", [(0.4, 1.1), (0.0, 0.0), (0.95, 3.9), (1.2, 0.5)])
 @pytest.mark.parametrize("radius", [0.3, 1.0, 1.4])
-def test_light_that_ends_at_a_circle(centre, radius) -> None:
+def test_light_that_ends_at_a_circle(centre, radius):
     """Sum over fine patches, and the solid angle of the cap of a sphere where all of it is above the horizon."""
     circle = np.sin(radius / 2) ** 2
 
@@ -105,7 +103,7 @@ def test_light_that_ends_at_a_circle(centre, radius) -> None:
         assert coarse * (np.pi / 2) ** 2 == pytest.approx(true, rel=1e-11)
 
 
-def test_sums_do_not_depend_on_how_many_tiles_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sums_do_not_depend_on_how_many_tiles_there_are(monkeypatch):
     def values(x, y, _):
         return np.exp(-x) * np.cos(y)
 

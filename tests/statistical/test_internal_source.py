@@ -1,7 +1,5 @@
 """Flag 0 under `--compat aomc` against launches of the AOMC program's own random source."""
 
-import csv
-
 import numpy as np
 import pytest
 from scipy.special import ndtr
@@ -9,7 +7,7 @@ from scipy.special import ndtr
 import aomc_sky as sky
 from tests.support import chi2
 from tests.support.sampled import sky_angles
-from tests.support.shared import AOMC, needs_shared
+from tests.support.shared import AOMC, csv_rows, needs_shared
 
 pytestmark = needs_shared
 
@@ -17,14 +15,12 @@ CASES = [("internal_source_point", 0), ("internal_source_point", 1), ("internal_
 
 
 def summary(case, band):
-    with (AOMC / case / "summary.csv").open(newline="") as file:
-        row = list(csv.DictReader(file))[band]
-    return {name: float(value) for name, value in row.items()}
+    return {name: float(value) for name, value in csv_rows(AOMC / case / "summary.csv")[band].items()}
 
 
 def histogram(case, band, quantity):
-    with (AOMC / case / "histograms.csv").open(newline="") as file:
-        rows = [r for r in csv.DictReader(file) if int(r["waveband"]) == band + 1 and r["quantity"] == quantity]
+    table = csv_rows(AOMC / case / "histograms.csv")
+    rows = [r for r in table if int(r["waveband"]) == band + 1 and r["quantity"] == quantity]
     assert rows
     assert [int(r["bin"]) for r in rows] == list(range(len(rows)))
     return np.array([int(r["photons"]) for r in rows])

@@ -3,14 +3,49 @@
 import numpy as np
 import pytest
 
+from aomc_sky.phase import henyey_greenstein
 from aomc_sky.skies.lobes import functions as lobes
-from tests.statistical.test_lobes import LOBES, counts, grid_around, shares_nearer, textbook
 from tests.support import chi2
 from tests.support.backend import photons_by
 from tests.support.fairness import component
-from tests.support.sampled import scene
+from tests.support.sampled import grid_of_edges, scene
 
 N = 2_000_000
+LOBES = {
+    "isotropic": ("hg", 0.0, 0.0, (1.0, 0.0, 0.0, 0.0)),
+    "nearly isotropic": ("hg", 1e-6, 0.0, (0.6, 0.3, -0.2, 0.7)),
+    "broad": ("hg", 0.5, 0.0, (0.91, -0.09, 0.24, 0.33)),
+    "at the horizon": ("hg", 0.9, 0.0, (1.0, 1.0, 0.0, 0.0)),
+    "below the horizon": ("hg", 0.94, 0.0, (-0.585, -0.369, -0.639, 0.338)),
+    "needle": ("hg", 0.99999, 0.0, (0.9, 0.3, 0.2, 0.0)),
+    "cosine law": ("ggx", 1.0, 1.0, (0.9, 0.1, 0.4, 0.2)),
+    "city": ("ggx", 0.25, 1.0, (0.76, -0.084, 0.637, 0.1)),
+    "thread": ("ggx", 0.001, 0.7, (0.9, 0.3, 0.2, 0.4)),
+    "sunken glow": ("ggx", 0.3, 0.3, (0.6, 0.7, 0.3, 0.0)),
+    "band": ("beckmann", 0.3, 1.5, (0.4, -0.108, 0.488, 0.768)),
+    "sunken spot": ("beckmann", 0.2, 0.4, (0.66, 0.71, 0.2, 0.1)),
+}
+
+
+def grid_around(kind, param0, param1, quaternion):
+    """Ten degrees everywhere, and edges next to the axis at the width of the lobe."""
+    x, y, z = lobes.to_world(quaternion, [0.0, 0.0, 1.0])
+    width = np.degrees(min(1 - param0 if kind == "hg" else min(param0, param1), 0.2))
+    steps = width * np.array([-3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0])
+    zenith = np.degrees(np.arctan2(np.hypot(x, y), z)) + steps
+    azimuth = np.degrees(np.arctan2(y, x)) % 360 + steps / max(np.hypot(x, y), 0.2)
+    edges = [
+        np.unique(np.concatenate([np.linspace(0, end, n), near[(near > 0) & (near < end)]]))
+        for end, n, near in ((90.0, 10, zenith), (360.0, 37, azimuth))
+    ]
+    return grid_of_edges(*edges)
+
+
+def counts(grid, world):
+    """Directions in each patch, and below the horizon."""
+    zenith = np.degrees(np.arctan2(np.hypot(world[:, 0], world[:, 1]), world[:, 2]))
+    azimuth = np.degrees(np.arctan2(world[:, 1], world[:, 0]))
+    return np.bincount(grid.patch_of(zenith, azimuth) + 1, minlength=grid.n_patches + 1)
 
 
 def source_of(case, n=N, seed=5, **options):
@@ -65,6 +100,14 @@ def test_even_photons(plan):
         plan.check(chi2.upper_p(*patches(LOBES[name], world)))
 
 
+def shares_nearer(m, g):
+    """Share of the lobe nearer to the axis, from x and y, where a needle has its digits."""
+    x, y, z = np.moveaxis(m.astype(np.float64), -1, 0)
+    side = np.hypot(x, y)
+    omm = np.where(z > 0, side**2 / (1 + np.sqrt(np.maximum(1 - side**2, 0))), 1 - z)
+    return henyey_greenstein.survival(np.minimum(omm, 2.0), g)
+
+
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_needle_keeps_its_digits(plan, precision):
     """About the zenith the cosine moves the shares by 3e-5 at most, less than the test can see."""
@@ -103,7 +146,11 @@ def test_planted_defects_are_caught(plan_only, defect):
 
 
 def single_textbook(kind, g, _, u, v):
-    return textbook(kind, np.float32(g), 0, u.astype(np.float32), v)
+    """The inverse as it stands in textbooks, in single precision."""
+    g, u, turn = np.float32(g), u.astype(np.float32), 2 * np.pi * v
+    mu = np.clip((1 + g * g - ((1 - g * g) / (1 - g + 2 * g * u)) ** 2) / (2 * g), -1, 1)
+    sine = np.sqrt(1 - mu * mu)
+    return np.stack([sine * np.cos(turn), sine * np.sin(turn), mu], axis=-1)
 
 
 def test_textbook_in_single_precision_is_caught(plan_only):

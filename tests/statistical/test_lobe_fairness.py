@@ -4,58 +4,11 @@ import numba
 import numpy as np
 import pytest
 
-from aomc_sky.emission.band import lobe_offset_words
-from aomc_sky.plan import streams
-from aomc_sky.skies.lobes.kernels import law as plain
-from aomc_sky.skies.lobes.law import LobeTables
 from tests.statistical.test_lobe_emission import LOBES as EMITTED
-from tests.support import chi2
 from tests.support.fairness import LOBES, component, fairness, scene_of
 from tests.support.sampled import scene
 
 JIT = not numba.config.DISABLE_JIT
-SEEDS = 100_000
-
-
-@pytest.fixture(scope="module")
-def lobe_tables():
-    """The lobe "streak" alone, of 1024 bins, and the random words of its offset over seeds."""
-    source = scene((component(LOBES["streak"]),), 10).source()
-    keys = (streams.stream_key(seed, streams.SHIFT, "stratified") for seed in range(SEEDS))
-    words = np.array([streams.philox_pair(key, 0, 0, 2)[0] for key in keys], np.uint64)
-    assert lobe_offset_words(source.plan, 0, np.array([0]))[0] == words[0]
-    return LobeTables.of(source.components), words
-
-
-def visits(tables, words, n):
-    """How often each bin gets one of the n photons of a lobe, over seeds; no bin gets two of so few."""
-    ranges = np.tile(tables.tables[0], words.size)
-    seeds = LobeTables(lobe=tables.lobe, cell=np.zeros(words.size, np.int64), tables=(ranges, *tables.tables[1:]))
-    proposals, lines = seeds.bin_proposals(np.array([0, n]), words)
-    columns = (*proposals.reshape(-1, plain.PROPOSAL_COLUMNS).T, *lines.reshape(-1, plain.LINE_COLUMNS).T)
-    found = np.zeros(1 << int(tables.tables[0][1]), np.int64)
-    for rank in range(n):
-        found += np.bincount(
-            plain.bin_of_rank(np.full(words.size, rank, np.uint64), *columns).astype(np.int64), minlength=found.size
-        )
-    return found
-
-
-def expectation_p(found, n, seeds):
-    """Bins are Bernoulli(n / bins) over seeds; the least p-value, times how many there are (Bonferroni)."""
-    least = min(chi2.binomial_p(int(k), seeds, n / found.size) for k in (found.min(), found.max()))
-    return min(1.0, found.size * least)
-
-
-@pytest.mark.parametrize("n", [1, 2, 3, 100])
-def test_bins_get_their_expectation(plan, lobe_tables, n):
-    """Planted: the same law without an offset, whose photons always fall into the same bins."""
-    tables, words = lobe_tables
-    assert int(tables.tables[0][1]) == 10
-    plan.check(expectation_p(visits(tables, words, n), n, SEEDS))
-    plan.catches(expectation_p(visits(tables, np.zeros(200, np.uint64), n), n, 200))
-
-
 FEW_SEEDS = 400
 """Half of them show the planted defect."""
 
@@ -112,28 +65,6 @@ def test_planted_strips_of_the_sequence(monkeypatch):
     planted = fairness(LOBES["streak"], lobe, seeds=4, emit=plain_photons)
     assert planted.mean > 1.0
     assert planted.worst > 10.0
-
-
-def fresh_places(rank, lobe, proposals, shifts, steps, accept, key, band, jitter):
-    """The strips of `aomc-sky/1` with everything else as it was, but fresh numbers for the place in the strip."""
-    _, first, second, third = bins_from_words(rank, lobe, proposals, shifts, steps, accept, key, band, jitter)
-    bits = proposals[0].reshape(-1, plain.PROPOSAL_COLUMNS)[lobe].T[4]
-    fresh = np.random.default_rng(int(shifts[0])).integers(0, 2**64, rank.size, dtype=np.uint64)
-    down = np.uint64(64) - bits
-    return None, ((first >> down) << down) | (fresh >> bits), second, third
-
-
-@pytest.mark.slow
-def test_the_cause_is_the_place_in_the_strip(monkeypatch):
-    """With the same strips, azimuths, decisions and later trials, a fresh place in the strip alone mends it."""
-    lobe = scene_of(LOBES["streak"], 300_000)
-    monkeypatch.setattr("aomc_sky.skies.lobes.kernels.law.lobe_words", bins_from_words)
-    stretched = fairness(LOBES["streak"], lobe, seeds=12, emit=plain_photons)
-    monkeypatch.setattr("aomc_sky.skies.lobes.kernels.law.lobe_words", fresh_places)
-    fresh = fairness(LOBES["streak"], lobe, seeds=12, emit=plain_photons)
-    assert stretched.mean > 2 * fresh.mean
-    assert stretched.worst > 3 * fresh.worst
-    assert fresh.mean < 1.0
 
 
 @pytest.mark.slow

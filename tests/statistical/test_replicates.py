@@ -4,12 +4,11 @@ import functools
 
 import numpy as np
 import pytest
-from scipy.special import bdtr, ndtr, stdtrit
+from scipy.special import bdtr, stdtrit
 
 import aomc_sky as sky
 from aomc_sky.outputs.statistics import standard_error
 from tests.support import chi2
-from tests.support.means import mean_p
 
 R = 8
 N = 100
@@ -66,17 +65,6 @@ def test_error_bars_of_the_mean_of_1_over_mu(plan, method, least):
         plan.catches(bdtr(np.count_nonzero(t < 1 / 3), SEEDS, least))
 
 
-@pytest.mark.parametrize("replicates", [2, 20, 40])
-def test_photons_of_any_number_of_replicates_have_the_exact_mean(plan, replicates):
-    """The mean over all replicates, over seeds; one that is off by 8 standard errors is found."""
-    n_seeds = SEEDS // 2
-    exact = scene(R * N).source().exact_moments(0).mean_mu
-    options = {"replicates": replicates, "precision": "float64"}
-    means = -np.array([scene(R * N).source(seed=k, **options).photons().uz.mean() for k in range(n_seeds)])
-    plan.check(mean_p(means, exact))
-    plan.catches(mean_p(means + 8 * means.std() / np.sqrt(n_seeds), exact))
-
-
 def test_batches_of_one_stratified_run_overstate_its_error():
     """Why replicates are offered: at these few photons by more than 10 times already."""
     errors = {}
@@ -86,57 +74,3 @@ def test_batches_of_one_stratified_run_overstate_its_error():
     spread = np.std([cosines(seed, "stratified", 1).mean() for seed in range(60)])
     assert errors[1] > 10 * spread
     assert 0.5 * errors[R] < np.std([cosines(seed, "stratified", R).mean() for seed in range(60)]) < 2 * errors[R]
-
-
-def correlation_p(first, second):
-    """Two-sided p-value that two samples are uncorrelated, by Fisher's z."""
-    r = np.clip(np.corrcoef(first, second)[0, 1], -1 + 1e-12, 1 - 1e-12)
-    return float(2 * ndtr(-abs(np.arctanh(r)) * np.sqrt(first.size - 3)))
-
-
-def pairs(values):
-    """Values (seed, replicate) as two samples of neighbours that share no replicate."""
-    return values[:, 0::2].ravel(), values[:, 1::2].ravel()
-
-
-def test_replicates_do_not_know_each_other(plan):
-    means, counts, places = (np.empty((SEEDS, R)) for _ in range(3))
-    for seed in range(SEEDS):
-        source = scene(R * N).source(seed=seed, replicates=R, precision="float64")
-        batch = source.photons()
-        means[seed] = -batch.uz.reshape(R, N).mean(axis=1)
-        counts[seed] = source.replicate_counts(0)[:, 7]
-        places[seed] = batch.patch.reshape(R, N)[:, 0]
-    for values in (means, counts, places):
-        plan.check(correlation_p(*pairs(values)))
-    alone = [scene(N).source(seed=seed, precision="float64").photons() for seed in range(SEEDS)]
-    shared = np.array([np.full(R, -batch.uz.mean()) for batch in alone])  # every lane with the words of lane 0
-    plan.catches(correlation_p(*pairs(shared)))
-
-
-def test_independent_photons_in_every_replicate(plan):
-    """Method iid: multinomial counts over replicates and seeds, and photons that know nothing of each other."""
-    seeds, mass = 100, VALUES[0] / VALUES.sum()
-    lit = mass * N > 0.5
-
-    def p_values(method):
-        options = {"method": method, "replicates": R, "precision": "float64"}
-        chosen = [scene(R * N).source(seed=seed, **options) for seed in range(seeds)]
-        counts = np.concatenate([source.replicate_counts(0) for source in chosen])
-        grouped = np.column_stack([counts[:, lit], counts[:, ~lit].sum(axis=1)])
-        expected = N * np.append(mass[lit], mass[~lit].sum())
-        statistic = chi2.chi2_statistic(grouped, np.broadcast_to(expected, grouped.shape))
-        p_of_counts = chi2.statistic_p(statistic, counts.shape[0] * (expected.size - 1))
-        uz = np.concatenate([source.photons().uz for source in chosen[:20]])
-        patch = np.concatenate([source.photons().patch for source in chosen[:20]])
-        near, far = np.cos(np.deg2rad(GRID.zenith_bounds_deg[patch // 6])).T
-        place = np.clip((uz**2 - far**2) / (near**2 - far**2), 0, 1 - 1e-12)
-        # one replicate after the other: chi-squares of 10 cells each add up
-        cells = np.stack([np.bincount((10 * row).astype(int), minlength=10) for row in place.reshape(-1, N)])
-        spread = chi2.chi2_statistic(cells, np.full_like(cells, N / 10, dtype=float))
-        return p_of_counts, chi2.statistic_p(spread, cells.shape[0] * 9)
-
-    for p_value in p_values("iid"):
-        plan.check(p_value)
-    for p_value in p_values("stratified"):  # too even in both
-        plan.catches(p_value)

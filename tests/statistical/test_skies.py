@@ -5,10 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-import aomc_sky as sky
 from tests.support import chi2
-from tests.support.means import mean_p
-from tests.support.sampled import grid_of_edges, scene, sky_angles, uneven_sky
+from tests.support.sampled import scene, sky_angles, uneven_sky
 
 N = 500_000
 
@@ -59,35 +57,3 @@ def test_a_mass_off_by_one_percent(plan_only):
     values = table.values * np.where(np.arange(table.grid.n_patches) % 2, 1.01, 0.99)
     spoilt = dataclasses.replace(table, values=values)
     plan_only.catches(sky_p(table, sky_angles(scene(spoilt, 4_000_000).source(seed=4, method="iid").photons())))
-
-
-def below_80_degrees(weighting):
-    """A sky that leaves the horizon out: there 1 / mu has no variance."""
-    grid = grid_of_edges(np.arange(0.0, 90, 10), np.arange(0.0, 390, 30))
-    values = np.random.default_rng(2).lognormal(0, 1, (1, grid.n_patches))
-    return sky.TabulatedSky(wavelength_nm=[500], values=values, grid=grid, weighting=weighting).lower([500])
-
-
-def several(weighting):
-    return (*below_80_degrees(weighting), *sky.DirectBeam(sun_zenith_deg=30, radius_deg=0.2665).lower([500]))
-
-
-@pytest.mark.parametrize("weighting", ["projected", "solid-angle"])
-def test_means(plan, weighting):
-    """Mean cosine, and scalar over planar irradiance, of the photons against the exact values."""
-    source = scene(several(weighting), N).source(seed=5, method="iid", precision="float64")
-    mu = -source.photons().uz
-    exact = source.exact_moments(0)
-    plan.check(mean_p(mu, exact.mean_mu))
-    plan.check(mean_p(1 / mu, exact.mean_inverse_mu))
-    other = scene(several("solid-angle" if weighting == "projected" else "projected"), N).source()
-    plan.catches(mean_p(mu, other.exact_moments(0).mean_mu))
-    plan.catches(mean_p(1 / mu, other.exact_moments(0).mean_inverse_mu))
-
-
-def test_stratified_means_are_far_sharper_than_chance():
-    """The default is hundreds of times nearer the exact mean than independent photons may be."""
-    source = scene(below_80_degrees("projected"), N).source(seed=5, precision="float64")
-    mu = -source.photons().uz
-    chance = mu.std() / np.sqrt(N)
-    assert abs(mu.mean() - source.exact_moments(0).mean_mu) < chance / 20

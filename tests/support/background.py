@@ -1,14 +1,8 @@
 """Background-sky files made by h5py alone, in every shape that a writer may choose; never by our own writer."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 
-LOBES: tuple[tuple[Any, ...], ...] = (
+LOBES = (
     (1, 0.5, 7.0, 0.25, (2.0, 0.0, 0.0, 0.0), 1, 0.0),
     (2, 0.25, 1.5, 1.0, (0.5, -0.5, 0.5, 0.5), 0, 0.25),
     (3, 0.375, 2.0, 0.0, (0.0, 0.0, 0.0, -3.0), 1, 1.0),
@@ -19,9 +13,9 @@ SAMPLES = (0.5, 0.625, 0.75)
 NAMES = ("Type", "Param0", "Param1", "Coeff", "LocalTransform", "CurveIndex", "RelativeTime")
 
 
-def lobe_dtype(order: str = "<", real: str = "f4", integer: str = "u4", *, reverse: bool = False, padding: int = 0):
+def lobe_dtype(order="<", real="f4", integer="u4", *, reverse=False, padding=0):
     """Records of lobes with these widths, members in reverse order, each with spare bytes before it."""
-    kinds: list[Any] = [integer, real, real, real, (real, (4,)), integer, real]
+    kinds = [integer, real, real, real, (real, (4,)), integer, real]
     kinds = [(f"{order}{k[0]}", k[1]) if isinstance(k, tuple) else f"{order}{k}" for k in kinds]
     pairs = list(zip(NAMES, kinds, strict=True))
     offsets, place = [], 0
@@ -34,20 +28,20 @@ def lobe_dtype(order: str = "<", real: str = "f4", integer: str = "u4", *, rever
 
 
 def plain_file(
-    path: Path,
+    path,
     *,
-    lobes: Sequence[tuple[Any, ...]] = LOBES,
-    dtype: np.dtype | None = None,
-    reference: Any = (2, 0),
-    curves: Any = CURVES,
-    samples: Any = (SAMPLES,),
-    spectrum: str = "<f4",
-    info: str = "datasets",
-    version: int = 1,
-    libver: Any = "earliest",
-    change: Callable[[Any], None] | None = None,
-    **storage: Any,
-) -> Path:
+    lobes=LOBES,
+    dtype=None,
+    reference=(2, 0),
+    curves=CURVES,
+    samples=(SAMPLES,),
+    spectrum="<f4",
+    info="datasets",
+    version=1,
+    libver="earliest",
+    change=None,
+    **storage,
+):
     """Write a file with one animation ``a``; `change` gets the open file, `storage` goes to create_dataset."""
     import h5py
 
@@ -69,7 +63,7 @@ def plain_file(
     return path
 
 
-def _write_info(file: Any, form: str, version: int) -> None:
+def _write_info(file, form, version):
     values = {"FileType": np.array([5], "<u4"), "FormatVersion": np.array([version], "<u4")}
     texts = {"Name": "sky", "Author": "Grüße", "Organization": "none"}
     if form == "attributes":

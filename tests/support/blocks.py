@@ -1,11 +1,9 @@
 """Code blocks for tests: text in, function of arrays out."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from aomc_sky.errors import SourceText
-from aomc_sky.skies.atmosphere.language.block import Block, read_block
+from aomc_sky.skies.atmosphere.language.block import read_block
 from aomc_sky.skies.atmosphere.language.values import Type
 
 FIRST_LINE = 10
@@ -28,25 +26,25 @@ GIVEN = {
 }
 
 
-def source_of(text: str) -> SourceText:
+def source_of(text):
     """The text as line FIRST_LINE and following of a file."""
     return SourceText(text=text, path="a.atmo", line=FIRST_LINE)
 
 
-def density_block(text: str) -> Block:
+def density_block(text):
     return read_block(
         source_of(text), subject="number density", gives=Type.FLOAT, argument="altitude", unit="m", given=TYPES
     )
 
 
-def phase_block(text: str) -> Block:
+def phase_block(text):
     return read_block(source_of(text), subject="phase function", gives=Type.VEC4, argument="dotViewSun", given=TYPES)
 
 
-def at(text: str, *altitudes: float) -> list[float]:
+def at(text, *altitudes):
     return density_block(text)(np.array(altitudes), GIVEN).tolist()
 
 
-def value_of(expression: str) -> float:
+def value_of(expression):
     """Value of an expression of type float, int or bool, at altitude 1000."""
     return at(f"return float({expression});", 1000.0)[0]

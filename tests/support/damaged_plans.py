@@ -1,7 +1,5 @@
 """Plans that nobody would write but an attacker: small real ones of every kind, and one table of damage to them."""
 
-from __future__ import annotations
-
 import functools
 import io
 import json
@@ -9,7 +7,7 @@ import os
 import struct
 import warnings
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,17 +15,15 @@ import numpy as np
 
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.plan.plan import Plan, npz_bytes
+from aomc_sky.plan.plan import npz_bytes
 from tests.support.host_scenes import disc, perez
 from tests.support.lobes import lobe_sky
 
 N = 997
 WAVEBANDS = [450.0, 550.0]
 
-Members = dict[str, Any]
 
-
-def _table(law: Law = Law.CELL_MU2, **more: np.ndarray) -> Component:
+def _table(law=Law.CELL_MU2, **more):
     grid = sky.PatchGrid.regular(3, 4)
     mass = np.random.default_rng(3).lognormal(0, 1, (2, 12))
     mass[:, 5] = 0.0
@@ -35,17 +31,17 @@ def _table(law: Law = Law.CELL_MU2, **more: np.ndarray) -> Component:
     return Component(name="table", law=law, strength=np.ones(2), mass=mass, cell=cell, grid=grid, **more)
 
 
-def _vectors(seed: int, most: float) -> np.ndarray:
+def _vectors(seed, most):
     return np.random.default_rng(seed).uniform(-most, most, (2, 12, 2))
 
 
-def _lobes() -> tuple[Component, ...]:
+def _lobes():
     turn = [np.cos(0.3), np.sin(0.3), 0.0, 0.0]
     shapes = ("hg", 0.8, 0.0, turn), ("ggx", 0.3, 0.5, turn), ("beckmann", 0.2, 0.6, turn)
     return lobe_sky(*shapes, wavelength_nm=[500.0, 501.0], spectra=1.0).lower([500.0, 501.0])
 
 
-_SCENES: dict[str, tuple[Callable[[], tuple[Component, ...]], dict[str, Any]]] = {
+_SCENES = {
     "table": (lambda: (_table(),), {}),
     "solid angle": (
         lambda: (_table(Law.CELL_MU, weight=np.full((2, 12), 0.5)),),
@@ -66,7 +62,7 @@ KINDS = tuple(_SCENES)
 
 
 @functools.cache
-def plan_of(kind: str) -> Plan:
+def plan_of(kind):
     components, options = _SCENES[kind]
     place = sky.Footprint.circle(2.0) if kind == "table" else sky.Footprint()
     scene = sky.Scene(wavebands=WAVEBANDS, n_photons=N, components=components(), footprint=place)
@@ -83,13 +79,13 @@ class Damage(NamedTuple):
     make: Callable[[Any], Any]  #: of the array or the value; `DROP` takes it out
 
     @property
-    def name(self) -> str:
+    def name(self):
         return f"{self.kind}: {self.member} {self.what}"
 
-    def members(self) -> tuple[Members, dict[str, Any]]:
+    def members(self):
         """Members and options of the damaged plan; the arrays are copies."""
         plan = plan_of(self.kind)
-        members: Members = {name: array.copy() for name, array in plan.members().items()}
+        members = {name: array.copy() for name, array in plan.members().items()}
         options = json.loads(json.dumps(plan.options))
         place, name = (options, self.member[8:]) if self.member.startswith("options.") else (members, self.member)
         value = self.make(place.get(name))
@@ -99,29 +95,29 @@ class Damage(NamedTuple):
             place[name] = value
         return members, options
 
-    def file(self) -> bytes:
+    def file(self):
         """The damaged plan as a file that fits its hash."""
         return npz_bytes(*self.members())
 
 
-DROP: Any = object()
+DROP = object()
 
 
-def _put(index: Any, value: Any) -> Callable[[Any], Any]:
-    def change(array: np.ndarray) -> np.ndarray:
+def _put(index, value):
+    def change(array):
         array[index] = value
         return array
 
     return change
 
 
-def _to(value: Any) -> Callable[[Any], Any]:
+def _to(value):
     return lambda _: value
 
 
-def _array_damages() -> Iterator[Damage]:
+def _array_damages():
     """Every array of every kind once: missing, of another type, too short, with an axis more, out of range."""
-    seen: set[str] = set()
+    seen = set()
     for kind in KINDS:
         for name, array in plan_of(kind).members().items():
             if name in seen:
@@ -144,12 +140,12 @@ def _array_damages() -> Iterator[Damage]:
                     yield Damage(kind, name, "E954", str(value), _put((0,) * array.ndim, value))
 
 
-def _reversed_inside(array: np.ndarray) -> np.ndarray:
+def _reversed_inside(array):
     array[0, 1:-1] = array[0, 1:-1][::-1]
     return array
 
 
-_VALUES: tuple[Damage, ...] = tuple(
+_VALUES = tuple(
     Damage(*row)
     for row in (
         ("table", "cumulative", "E954", "falls", _reversed_inside),
@@ -206,7 +202,7 @@ _VALUES: tuple[Damage, ...] = tuple(
     )
 )
 
-_OPTIONS: dict[str, tuple[Any, ...]] = {
+_OPTIONS = {
     "stream": ("aomc-sky/0", None),
     "seed": ("9", -1, 2**64, True, 9.0),
     "method": ("best", ["stratified"], "iid", "sobol"),
@@ -230,7 +226,7 @@ _OPTIONS: dict[str, tuple[Any, ...]] = {
 """Values of options that no plan has."""
 
 
-def _option_damages() -> Iterator[Damage]:
+def _option_damages():
     for name in plan_of("table").options:
         yield Damage("table", f"options.{name}", "E955", "missing", _to(DROP))
     for name, values in _OPTIONS.items():
@@ -243,17 +239,17 @@ def _option_damages() -> Iterator[Damage]:
 
 
 @functools.cache
-def damages() -> tuple[Damage, ...]:
+def damages():
     return (*_array_damages(), *_VALUES, *_option_damages())
 
 
 # files
 
 
-def _rewritten(change: Callable[[dict[str, bytes]], dict[str, bytes]], **zip_options: Any) -> Callable[[Path], object]:
+def _rewritten(change, **zip_options):
     """A plan whose members are changed as bytes of npy files."""
 
-    def write(path: Path) -> None:
+    def write(path):
         with zipfile.ZipFile(io.BytesIO(plan_of("table").to_bytes())) as stored:
             members = {name: stored.read(name) for name in stored.namelist()}
         with zipfile.ZipFile(path, "w", **zip_options) as file:
@@ -263,31 +259,31 @@ def _rewritten(change: Callable[[dict[str, bytes]], dict[str, bytes]], **zip_opt
     return write
 
 
-def _bytes(change: Callable[[bytes], bytes]) -> Callable[[Path], object]:
+def _bytes(change):
     return lambda path: path.write_bytes(change(plan_of("table").to_bytes()))
 
 
-def _npy(head: str, data: bytes = b"", version: bytes = b"\x01\x00") -> bytes:
+def _npy(head, data=b"", version=b"\x01\x00"):
     text = head.encode().ljust(117) + b"\n"
     return b"\x93NUMPY" + version + struct.pack("<H", len(text)) + text + data
 
 
-def _with(name: str, data: bytes) -> Callable[[Path], object]:
+def _with(name, data):
     return _rewritten(lambda members: {**members, name: data})
 
 
-def _head(shape: object, descr: str = "'<f8'", order: bool = False) -> str:
+def _head(shape, descr="'<f8'", order=False):
     return f"{{'descr': {descr}, 'fortran_order': {order}, 'shape': {shape}, }}"
 
 
-def _double(path: Path) -> None:
+def _double(path):
     _rewritten(lambda members: members)(path)
     with zipfile.ZipFile(path, "a") as file, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of zipfile: a duplicate name
         file.writestr("law.npy", _npy(_head("(0,)")))
 
 
-def _bomb(path: Path) -> None:
+def _bomb(path):
     zeros = bytes(1 << 20)
     with (
         zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file,
@@ -298,7 +294,7 @@ def _bomb(path: Path) -> None:
             member.write(zeros)
 
 
-def _overlaid(path: Path) -> None:
+def _overlaid(path):
     """One member of a megabyte under two hundred names."""
     data = _npy(_head("(131072,)"), bytes(1 << 20))
     with zipfile.ZipFile(path, "w") as file:
@@ -311,26 +307,26 @@ def _overlaid(path: Path) -> None:
             file.NameToInfo[info.filename] = info
 
 
-def _encrypted(data: bytes) -> bytes:
+def _encrypted(data):
     at = data.index(b"PK\x01\x02")
     return data[: at + 8] + b"\x01" + data[at + 9 :]
 
 
-def _options_file(text: bytes) -> Callable[[Path], object]:
+def _options_file(text):
     return _with("options.npy", _npy(_head(f"({len(text)},)", "'|u1'"), text))
 
 
-def _middle_byte(data: bytes) -> bytes:
+def _middle_byte(data):
     at = data.index(b"mass.npy") + 300
     return data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
 
 
-def _sparse(path: Path) -> None:
+def _sparse(path):
     with path.open("wb") as file:
         file.truncate(2**34 + 2**20)
 
 
-def _long_directory(path: Path) -> None:
+def _long_directory(path):
     with zipfile.ZipFile(path, "w") as file:
         for k in range(40):
             file.writestr(f"a{k}.npy", b"")
@@ -339,13 +335,13 @@ def _long_directory(path: Path) -> None:
     path.write_bytes(data[: end + 12] + struct.pack("<L", 2**31) + data[end + 16 :])
 
 
-def _names() -> Iterator[tuple[str, Callable[[Path], object]]]:
+def _names():
     odd = "../law.npy", "/tmp/law.npy", "a/law.npy", "law", "law.npy.gz", "..npy", "law .npy", "läw.npy", "x" * 99
     for name in odd:
         yield f"a member {name[:12]!r}", _with(name, _npy(_head("(0,)")))
 
 
-DAMAGED_FILES: dict[str, Callable[[Path], object]] = dict(
+DAMAGED_FILES = dict(
     (
         ("a pipe", os.mkfifo),
         ("a folder", Path.mkdir),

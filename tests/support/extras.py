@@ -1,12 +1,8 @@
 """Which extra brings which packages, and which commands want it: for tests in process and in fresh environments."""
 
-from __future__ import annotations
-
 import sys
 import tomllib
-from collections.abc import Sequence
 from importlib.abc import MetaPathFinder
-from pathlib import Path
 
 from tests.support.shared import DATA, INPUTS, REPOSITORY
 
@@ -33,7 +29,7 @@ DISTRIBUTIONS = {"PIL": "matplotlib", "pandas": "pvlib", "drjit": "mitsuba", "da
 """Import name -> the requirement that brings it, where that has another name."""
 
 
-def extras_of_project() -> dict[str, list[str]]:
+def extras_of_project():
     """Extra -> names of its requirements, as pyproject.toml has them."""
     project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
     return {
@@ -42,7 +38,7 @@ def extras_of_project() -> dict[str, list[str]]:
     }
 
 
-def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
+def commands_wanting(folder):
     """Extra -> commands that are refused without it; `folder` holds a run of clear_day as `out`."""
     new = str(folder / "new")
     table = ("atmosphere", HAZY, *SUN, "--out-dir", new)
@@ -67,7 +63,7 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
     }
 
 
-def commands_of_core(folder: Path) -> list[tuple[str, ...]]:
+def commands_of_core(folder):
     scene, out = str(INPUTS / "clear_day"), str(folder / "out")
     return [
         ("validate", scene),
@@ -82,7 +78,7 @@ def commands_of_core(folder: Path) -> list[tuple[str, ...]]:
     ]
 
 
-def hint(extra: str) -> str:
+def hint(extra):
     """How the one line ends that tells of a missing extra."""
     return f'pip install ".[{extra}]" in the source folder of aomc-sky, which is in no package index yet\n'
 
@@ -90,17 +86,17 @@ def hint(extra: str) -> str:
 class Absent(MetaPathFinder):
     """Finds nothing of some packages, as if they were not installed."""
 
-    def __init__(self, packages: Sequence[str]) -> None:
+    def __init__(self, packages):
         self.packages = packages
 
-    def holds(self, name: str) -> bool:
+    def holds(self, name):
         return name.partition(".")[0] in self.packages
 
-    def find_spec(self, name: str, path: object = None, target: object = None) -> None:
+    def find_spec(self, name, path=None, target=None):
         if self.holds(name):
             raise ModuleNotFoundError(f"No module named {name!r}", name=name.partition(".")[0])
 
-    def hide(self, monkeypatch: object) -> None:
+    def hide(self, monkeypatch):
         """Forget what was imported already, until the test ends."""
         for name in [name for name in sys.modules if self.holds(name)]:
             monkeypatch.delitem(sys.modules, name)

@@ -1,19 +1,13 @@
 """How evenly the photons of one lobe fill the sky: variance over seeds of 5-degree bins beside independent photons'."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 import aomc_sky as sky
-from aomc_sky.component import Component
 from aomc_sky.skies.lobes import functions as lobes
 from tests.support.lobes import lobe_sky
 from tests.support.sampled import table_of
-
-Case = tuple[str, float, float, tuple[float, float, float, float]]
 
 SEEDS = 24
 MOST_MEAN, MOST_WORST = 0.8, 3.5
@@ -26,7 +20,7 @@ GRID = sky.PatchGrid.regular(18, 72)
 _MU2 = np.cos(np.deg2rad(np.arange(0, 91, 5)))[::-1] ** 2
 
 
-def turned(zenith_deg: float, azimuth_deg: float = 0.0, roll_deg: float = 0.0) -> tuple[float, float, float, float]:
+def turned(zenith_deg, azimuth_deg=0.0, roll_deg=0.0):
     """Quaternion of a lobe whose axis points to a direction, its own x axis turned by `roll_deg` from the meridian."""
     zenith, azimuth, roll = np.deg2rad([zenith_deg, azimuth_deg, roll_deg]) / 2
     c, s = np.cos(zenith), np.sin(zenith)
@@ -34,7 +28,7 @@ def turned(zenith_deg: float, azimuth_deg: float = 0.0, roll_deg: float = 0.0) -
     return float(c * np.cos(turn)), float(-s * np.sin(skew)), float(s * np.cos(skew)), float(c * np.sin(turn))
 
 
-LOBES: dict[str, Case] = {
+LOBES = {
     "streak": ("beckmann", 0.25, 1.5, turned(30, 270, 90)),
     "glow": ("ggx", 0.2, 0.8, turned(30)),
     "cloud edge": ("hg", 0.7, 0.0, turned(50, 20)),
@@ -45,12 +39,12 @@ LOBES: dict[str, Case] = {
 }
 
 
-def component(case: Case, name: str = "lobe", strength: float = 1.0) -> Component:
+def component(case, name="lobe", strength=1.0):
     (lobe,) = lobe_sky(case, names=[name], wavelength_nm=[500.0], spectra=strength).lower([500.0])
     return lobe
 
 
-def scene_of(case: Case, n: int, *, crowded: bool = False) -> sky.Scene:
+def scene_of(case, n, *, crowded=False):
     """A scene in which the lobe is the last component and has n photons: alone, or a quarter of a sky."""
     if not crowded:
         return sky.Scene(wavebands=[500.0], n_photons=n, components=(component(case),))
@@ -62,28 +56,25 @@ def scene_of(case: Case, n: int, *, crowded: bool = False) -> sky.Scene:
     return sky.Scene(wavebands=[500.0], n_photons=4 * n, components=tuple(parts))
 
 
-def _with_strength(part: Component, strength: float) -> Component:
+def _with_strength(part, strength):
     return replace(part, strength=np.array([strength]), irradiance_W_m2_nm=None)
 
 
-def masses(case: Case) -> np.ndarray:
+def masses(case):
     """Share of the lobe's photons in each bin, exact to 1e-8."""
     kind, param0, param1, quaternion = case
     mass = lobes.patch_mass(kind, param0, param1, quaternion, GRID, weighting="projected").ravel()
     return np.asarray(mass / mass.sum())
 
 
-def counts(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+def counts(x, y, z):
     ring = np.clip(18 - np.searchsorted(_MU2, np.asarray(z, np.float64) ** 2), 0, 17)
     azimuth = np.arctan2(-np.asarray(y, np.float64), -np.asarray(x, np.float64))
     column = np.floor(azimuth * (36 / np.pi)).astype(np.int64) % 72
     return np.bincount(ring * 72 + column, minlength=GRID.n_patches)
 
 
-Emit = Callable[[sky.PhotonSource], tuple[np.ndarray, np.ndarray, np.ndarray]]
-
-
-def last_component(source: sky.PhotonSource) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def last_component(source):
     batch = source.photons()
     own = batch.patch == source.counts.shape[1] - 1
     return batch.ux[own], batch.uy[own], batch.uz[own]
@@ -98,11 +89,11 @@ class Fairness:
     n_bins: int
 
     @property
-    def holds(self) -> bool:
+    def holds(self):
         return self.mean < MOST_MEAN and self.worst < MOST_WORST
 
 
-def fairness(case: Case, scene: sky.Scene, seeds: int = SEEDS, emit: Emit = last_component, **options: str) -> Fairness:
+def fairness(case, scene, seeds=SEEDS, emit=last_component, **options):
     """Mean square of bins about their exact expectation over seeds, divided by n p (1 - p)."""
     p, squares, photons = masses(case), np.zeros(GRID.n_patches), 0
     for seed in range(seeds):

@@ -1,19 +1,14 @@
 """Rows of the matrix of faults: the files of a small scene, the fault in them, and what the command must answer."""
 
-from __future__ import annotations
-
-import csv
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from aomc_sky.cli.main import main
 from tests.support.scenes import copy_scene
-from tests.support.shared import INPUTS
+from tests.support.shared import INPUTS, csv_rows
 
 AMC = (INPUTS / "document_example" / "amc.inp").read_text()
 ROWS = ("1 1 0 10.5", "1 1 1 12.0", "1 2 1 20.0", "2 1 0 8.2", "2 1 1 9.5", "2 2 1 15.3")
@@ -28,30 +23,30 @@ class Answer:
     folder: Path = field(repr=False)
 
 
-def row_id(row: int, name: str) -> str:
+def row_id(row, name):
     """Id of a test of a row; test_all_rows.py looks for one of every row."""
     return f"row-{row:02d}-{name}"
 
 
-def row(number: int, *names: str) -> pytest.MarkDecorator:
+def row(number, *names):
     """Mark a test as one of a row by an argument ``fault`` that holds the name of the case."""
     return pytest.mark.parametrize("fault", names, ids=[row_id(number, name) for name in names])
 
 
-def sky(*changed: str, rows: Sequence[str] = ROWS, head: str | None = None, waves: str = "550.0 650.0") -> str:
+def sky(*changed, rows=ROWS, head=None, waves="550.0 650.0"):
     """Text of skydist.inp: the third row is replaced by those given."""
     lines = [*rows[:2], *changed, *rows[3:]] if changed else list(rows)
     return "\n".join([head or f"{len(lines)} 2 2 2", waves, *lines, ""])
 
 
-def amc_line(number: int, value: str, *, column: int = 49) -> str:
+def amc_line(number, value, *, column=49):
     """Text of amc.inp with the value of one line replaced. [lines and columns from 1]"""
     lines = AMC.splitlines()
     lines[number - 1] = lines[number - 1][:48].ljust(column - 1) + value
     return "\n".join([*lines, ""])
 
 
-def command(*words: object) -> int:
+def command(*words):
     """Exit code of a command, the usage errors of argparse included."""
     try:
         return main([str(word) for word in words])
@@ -59,7 +54,7 @@ def command(*words: object) -> int:
         return int(leaving.code or 0)
 
 
-def run_scene(folder: Path, files: dict[str, str | bytes], options: Sequence[object], capsys: Any) -> Answer:
+def run_scene(folder, files, options, capsys):
     """Run the small scene with some files replaced, from inside its folder, so that messages hold no path."""
     scene = copy_scene("document_example", folder).parent
     for name, text in files.items():
@@ -71,28 +66,23 @@ def run_scene(folder: Path, files: dict[str, str | bytes], options: Sequence[obj
     return Answer(code=code, out=said.out, err=said.err, folder=scene / "out")
 
 
-def check_places(places: Sequence[str], said: str, kind: str = "error") -> None:
+def check_places(places, said, kind="error"):
     """Each problem has its place, its code and, below its line, what to write; whole messages are golden elsewhere."""
     found = re.findall(rf"^(\S+:\d+:\d+): {kind}\[(E\d{{3}})\]: \S.*\n +\d+ \| .*\n +\| +\^+ \S", said, re.MULTILINE)
     assert [f"{place} {code}" for place, code in found] == list(places), said
     assert len(said.splitlines()) == 3 * len(found), said
 
 
-def launched(folder: Path) -> dict[int, int]:
+def launched(folder):
     """Photons of every waveband that has any, from counts.csv. [wavebands from 1]"""
-    totals: dict[int, int] = {}
-    for line in _counts(folder):
+    totals = {}
+    for line in csv_rows(folder / "counts.csv"):
         band = int(line["waveband"])
         totals[band] = totals.get(band, 0) + int(line["photons"])
     return totals
 
 
-def photons_of_band(folder: Path, band: int) -> dict[tuple[int, int], int]:
+def photons_of_band(folder, band):
     """Photons of every patch of a band, by zenith and azimuth index, from counts.csv. [bands from 1]"""
-    rows = [line for line in _counts(folder) if int(line["waveband"]) == band]
+    rows = [line for line in csv_rows(folder / "counts.csv") if int(line["waveband"]) == band]
     return {(int(line["zenith_index"]), int(line["azimuth_index"])): int(line["photons"]) for line in rows}
-
-
-def _counts(folder: Path) -> list[dict[str, str]]:
-    with (folder / "counts.csv").open(newline="") as file:
-        return list(csv.DictReader(file))

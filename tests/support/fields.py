@@ -1,28 +1,14 @@
 """Radiance fields as xarray has them: a value for each wavelength, zenith angle and azimuth."""
 
-from __future__ import annotations
-
-from typing import Any
-
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike
 
 from aomc_sky.formats.netcdf import read_field
 
 NM = np.array([440.0, 550.0])
 
 
-def field_of(
-    values: ArrayLike,
-    zenith_deg: ArrayLike,
-    azimuth_deg: ArrayLike,
-    wavelength_nm: ArrayLike | None = None,
-    *,
-    name: str = "radiance",
-    zenith: dict[str, str] | None = None,
-    azimuth: dict[str, str] | None = None,
-) -> Any:
+def field_of(values, zenith_deg, azimuth_deg, wavelength_nm=None, *, name="radiance", zenith=None, azimuth=None):
     """A DataArray in degrees, with further attributes of its axes; skips where xarray cannot store one."""
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf")

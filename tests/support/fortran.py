@@ -1,7 +1,5 @@
 """gfortran as an oracle: what it reads from a file, many files in one process."""
 
-from __future__ import annotations
-
 import shutil
 import struct
 import subprocess
@@ -15,7 +13,7 @@ needs_gfortran = pytest.mark.skipif(GFORTRAN is None, reason="gfortran is not in
 SOURCES = Path(__file__).resolve().parents[1] / "reference"
 
 
-def compile_reader(name: str, folder: Path) -> Path:
+def compile_reader(name, folder):
     """Compile tests/reference/<name>.f90 into `folder` and return the program."""
     program = folder / name
     command = [GFORTRAN, "-O1", "-J", str(folder), "-o", str(program), str(SOURCES / f"{name}.f90")]
@@ -23,7 +21,7 @@ def compile_reader(name: str, folder: Path) -> Path:
     return program
 
 
-def readings(program: Path, jobs: list[tuple[str, Path]]) -> list[list[int] | None]:
+def readings(program, jobs):
     """Words that the program prints for every (letter, path); None where Fortran refuses the file."""
     text = "".join(f"{letter} {path}\n" for letter, path in jobs)
     done = subprocess.run([program], input=text, capture_output=True, text=True, timeout=60, check=True)
@@ -32,5 +30,5 @@ def readings(program: Path, jobs: list[tuple[str, Path]]) -> list[list[int] | No
     return [[int(word) for word in line.split()[1:]] if line.startswith("ok") else None for line in lines]
 
 
-def as_real(word: int) -> float:
+def as_real(word):
     return struct.unpack("<d", struct.pack("<q", word))[0]

@@ -6,13 +6,10 @@ prints both settings; one word, `numba` or `numpy`, that one alone. What a test 
 what a processor without these instructions finds.
 """
 
-from __future__ import annotations
-
 import sys
-from collections.abc import Sequence
 
 
-def dispatch_targets() -> list[str]:
+def dispatch_targets():
     """What numpy was built to choose from when it starts, by its own list."""
     try:
         from numpy._core._multiarray_umath import __cpu_dispatch__ as targets
@@ -21,7 +18,7 @@ def dispatch_targets() -> list[str]:
     return list(targets)
 
 
-def settings(words: Sequence[str]) -> dict[str, str]:
+def settings(words):
     """Variables of the environment for these words, all of them for none."""
     known = {
         "numba": ("NUMBA_CPU_NAME", "generic"),

@@ -4,24 +4,19 @@ To one of its datasets: the first functions take the open file, the dataset's na
 others take the path of a good file.
 """
 
-from __future__ import annotations
-
 import zlib
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-Shape = tuple[int, int]
 
-
-def external_storage(file: Any, name: str, shape: Shape) -> None:
+def external_storage(file, name, shape):
     """Its numbers lie in the file secret.bin."""
     del file[name]
     file.create_dataset(name, shape=shape, dtype="f4", external=[("secret.bin", 0, 4 * shape[0] * shape[1])])
 
 
-def external_link(file: Any, name: str, shape: Shape) -> None:
+def external_link(file, name, shape):
     """It is a dataset of the file secret.h5."""
     import h5py  # tests that do without it load this file, too
 
@@ -29,7 +24,7 @@ def external_link(file: Any, name: str, shape: Shape) -> None:
     file[name] = h5py.ExternalLink("secret.h5", "/curves")
 
 
-def virtual(file: Any, name: str, shape: Shape) -> None:
+def virtual(file, name, shape):
     """It looks into a dataset of the file secret.h5."""
     import h5py
 
@@ -39,20 +34,20 @@ def virtual(file: Any, name: str, shape: Shape) -> None:
     file.create_virtual_dataset(name, layout)
 
 
-def sparse(file: Any, name: str, shape: Shape) -> None:
+def sparse(file, name, shape):
     """It declares 10^15 rows and stores none."""
     del file[name]
     file.create_dataset(name, shape=(10**15, shape[1]), dtype="f4", chunks=(1, shape[1]))
 
 
-def bomb(file: Any, name: str, shape: Shape, n_bytes: int) -> None:
+def bomb(file, name, shape, n_bytes):
     """Its one compressed chunk holds far more bytes than it declares."""
     del file[name]
     data = file.create_dataset(name, shape, "f4", chunks=shape, compression="gzip")
     data.id.write_direct_chunk((0, 0), zlib.compress(bytes(n_bytes)))
 
 
-def write_secrets(shape: Shape) -> None:
+def write_secrets(shape):
     """The files of other people that links and external storage lead to."""
     import h5py
 
@@ -62,21 +57,21 @@ def write_secrets(shape: Shape) -> None:
     Path("secret.bin").write_bytes(values.tobytes())
 
 
-def cut(path: Path) -> None:
+def cut(path):
     """It ends after 3000 bytes."""
     path.write_bytes(path.read_bytes()[:3000])
 
 
-def random_bytes(path: Path) -> None:
+def random_bytes(path):
     """It holds no byte of its own."""
     path.write_bytes(np.random.default_rng(5).bytes(50_000))
 
 
-def random_bytes_behind_the_signature(path: Path) -> None:
+def random_bytes_behind_the_signature(path):
     """Only its signature is left."""
     path.write_bytes(path.read_bytes()[:8] + np.random.default_rng(6).bytes(50_000))
 
 
-def empty(path: Path) -> None:
+def empty(path):
     """It has no byte."""
     path.write_bytes(b"")

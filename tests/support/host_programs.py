@@ -1,7 +1,5 @@
 """Programs over the source file in C, C++, Fortran and CUDA: how the tests build and run them."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -11,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import aomc_sky as sky
 from tests.support.shared import REPOSITORY
 
 EXAMPLES = REPOSITORY / "examples"
@@ -25,7 +22,7 @@ MPI = {f"OMPI_{name}": "1" for name in _OMPI}
 """Lets Open MPI start more ranks than there are cores, and for root, as in a container."""
 
 
-def needs(*commands: str) -> pytest.MarkDecorator:
+def needs(*commands):
     """Skip a test where one of the commands is not installed, and say which."""
     missing = [command for command in commands if shutil.which(command) is None]
     return pytest.mark.skipif(bool(missing), reason=f"{' and '.join(missing)} not installed")
@@ -34,24 +31,24 @@ def needs(*commands: str) -> pytest.MarkDecorator:
 needs_host = needs("gcc", "make")
 
 
-def _built(_folder: str, names: list[str]) -> list[str]:
+def _built(_folder, names):
     """Programs and objects among the files of an example."""
     return [name for name in names if name != "Makefile" and Path(name).suffix in ("", ".o", ".mod", ".ptx")]
 
 
-def copied(example: str, folder: Path) -> Path:
+def copied(example, folder):
     for name in {"c", example}:
         shutil.copytree(EXAMPLES / name, folder / name, ignore=_built, dirs_exist_ok=True)
     return folder / example
 
 
-def make(folder: Path, *targets: str, flags: str = FLAGS) -> None:
+def make(folder, *targets, flags=FLAGS):
     """Run make in a copy of an example, with the Python that runs the tests; warnings are errors."""
     command = ["make", f"AOMC_SKY={sys.executable} -m aomc_sky", f"CFLAGS={flags}", f"FFLAGS={flags}", *targets]
     run(command, folder)
 
 
-def run(command: list[str], folder: Path, **environment: str) -> str:
+def run(command, folder, **environment):
     """Run a command in a folder and return its output; a failure shows what it said."""
     done = subprocess.run(
         command, cwd=folder, env={**os.environ, **environment}, capture_output=True, text=True, timeout=300, check=False
@@ -60,7 +57,7 @@ def run(command: list[str], folder: Path, **environment: str) -> str:
     return done.stdout
 
 
-def bits_of(batch: sky.PhotonBatch) -> int:
+def bits_of(batch):
     """One number of the bits of all photons, as examples/c/example.h has it."""
     x, y, z = (u.view(np.uint32).astype(np.uint64) for u in (batch.ux, batch.uy, batch.uz))
     word = x ^ y << np.uint64(16) ^ z << np.uint64(32)
@@ -68,7 +65,7 @@ def bits_of(batch: sky.PhotonBatch) -> int:
     return int(np.bitwise_xor.reduce(word << turn | word >> (np.uint64(64) - turn)))
 
 
-def report_of(source: sky.PhotonSource) -> str:
+def report_of(source):
     """What every example prints of a source: a line for each waveband."""
     lines = []
     for band in range(source.n_bands):

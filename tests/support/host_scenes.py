@@ -1,7 +1,5 @@
 """Scenes that between them use every law and table form of the emission, for the hosts outside Python."""
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 
@@ -14,7 +12,7 @@ WAVEBANDS = [450.0, 550.0]
 N = 20_011
 
 
-def table(law: Law, n_zenith: int, n_azimuth: int, name: str = "table", sparse: bool = False) -> Component:
+def table(law, n_zenith, n_azimuth, name="table", sparse=False):
     """A table of widely spread masses; a sparse one has light in a tenth of its cells."""
     grid = sky.PatchGrid.regular(n_zenith, n_azimuth)
     rng = np.random.default_rng(2)
@@ -24,18 +22,18 @@ def table(law: Law, n_zenith: int, n_azimuth: int, name: str = "table", sparse: 
     return Component(name=name, law=law, strength=np.ones(2), mass=mass, cell=cell, grid=grid)
 
 
-def perez(n_zenith: int, n_azimuth: int, **options: str) -> tuple[Component, ...]:
+def perez(n_zenith, n_azimuth, **options):
     grid = sky.PatchGrid.regular(n_zenith, n_azimuth)
     model = sky.PerezSky(sun_zenith_rad=0.7, sun_azimuth_rad=0.2, epsilon=8.0, delta=0.1, grid=grid, **options)
     return model.lower([450, 550])
 
 
-def disc(sun_zenith_deg: float, radius_deg: float | None = 0.2665) -> tuple[Component, ...]:
+def disc(sun_zenith_deg, radius_deg=0.2665):
     more = {} if radius_deg is None else {"radius_deg": radius_deg}
     return sky.DirectBeam(sun_zenith_deg=sun_zenith_deg, sun_azimuth_deg=200, **more).lower([450, 550])
 
 
-def everything() -> tuple[Component, ...]:
+def everything():
     tables = table(Law.CELL_MU2, 6, 9), table(Law.CELL_MU, 3, 2, "coarse")
     (beam,) = disc(35, None)
     return (*disc(89.9), *tables, *perez(6, 5), dataclasses.replace(beam, name="beam"))
@@ -55,15 +53,15 @@ SCENES = {
 
 
 @functools.cache
-def components(name: str) -> tuple[Component, ...]:
+def components(name):
     return SCENES[name]()
 
 
-def source(name: str, n: int | list[int] = N, **options: object) -> sky.PhotonSource:
+def source(name, n=N, **options):
     scene = sky.Scene(wavebands=WAVEBANDS, n_photons=n, components=components(name))
     return scene.source(seed=9, **options)
 
 
-def directions(batch: sky.PhotonBatch) -> np.ndarray:
+def directions(batch):
     """Directions of a batch as rows ux, uy, uz."""
     return np.ascontiguousarray(batch.directions.T)

@@ -1,9 +1,5 @@
 """How much a bad file may cost in a test: processor time, memory, and neither numba nor scipy."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 from tests.support.forked_programs import ForkServer
 
 MOST_CPU_S = 30.0
@@ -33,7 +29,7 @@ _READERS = ForkServer(
 )
 
 
-def answers_within_limits(readers: str, path: Path, *, most_mb: float = MOST_MB) -> list[str]:
+def answers_within_limits(readers, path, *, most_mb=MOST_MB):
     """What each of the readers says of a file, "read" or the code of its first problem, at little cost."""
     done = _READERS.run(f"{readers}\n{_PROBE}", path)
     assert done.code == 0, done.err

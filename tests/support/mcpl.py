@@ -1,22 +1,16 @@
 """libmcpl of the package mcpl as the oracle: it writes files, reads them, and runs its own tool."""
 
-from __future__ import annotations
-
 import ctypes
 import importlib.util
 import subprocess
 import tempfile
-from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.formats.mcpl.file import read_mcpl
-from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader
+from aomc_sky.formats.mcpl.header import COUNT_OFFSET
 from aomc_sky.outputs.photons.mcpl import MAX_CELLS, MEV_NM, PHOTON, McplWriter
 
 _VECTORS = [(name, "f8", (3,)) for name in ("polarisation", "position", "direction")]
@@ -32,12 +26,12 @@ class _File(ctypes.Structure):
 class Oracle:
     """The functions of libmcpl that write and read a file; errors of the library end the process."""
 
-    def __init__(self, library: Path) -> None:
+    def __init__(self, library):
         self.library, self._lib = library, ctypes.CDLL(str(library))
         self._lib.mcpl_create_outfile.restype = self._lib.mcpl_open_file.restype = _File
         self._lib.mcpl_read.restype = ctypes.c_void_p
         text, number = ctypes.c_char_p, ctypes.c_void_p
-        types: dict[str, list[Any]] = {
+        types = {
             "mcpl_create_outfile": [text],
             "mcpl_hdr_set_srcname": [_File, text],
             "mcpl_hdr_add_comment": [_File, text],
@@ -57,7 +51,7 @@ class Oracle:
         for name, arguments in types.items():
             getattr(self._lib, name).argtypes = arguments
 
-    def write(self, path: Path, header: McplHeader, blocks: Iterable[np.ndarray]) -> None:
+    def write(self, path, header, blocks):
         """Write a .mcpl file from arrays of `PARTICLE`, one by one; the head's number of particles is counted anew."""
         lib = self._lib
         file = lib.mcpl_create_outfile(str(path).encode())
@@ -83,7 +77,7 @@ class Oracle:
                 add(file, address)
         lib.mcpl_close_outfile(file)
 
-    def _comment(self, file: _File, comment: str) -> None:
+    def _comment(self, file, comment):
         kind, _, rest = comment.partition(":sum:")
         if kind == "stat" and rest:
             key, _, value = rest.partition(":")
@@ -91,7 +85,7 @@ class Oracle:
         else:
             self._lib.mcpl_hdr_add_comment(file, comment.encode())
 
-    def read(self, path: Path) -> np.ndarray:
+    def read(self, path):
         file = self._lib.mcpl_open_file(str(path).encode())
         pieces = []
         while address := self._lib.mcpl_read(file):
@@ -99,13 +93,13 @@ class Oracle:
         self._lib.mcpl_close_file(file)
         return np.frombuffer(b"".join(pieces), PARTICLE)
 
-    def tool(self, *arguments: str | Path) -> str:
+    def tool(self, *arguments):
         program = self.library.parents[1] / "bin" / "mcpltool"
         command = [str(program), *map(str, arguments)]
         return subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
 
 
-def particles_of(batch: PhotonBatch) -> np.ndarray:
+def particles_of(batch):
     """Photons as an array of `mcpl_particle_t`, in the conventions of docs/formats/mcpl.md."""
     particles = np.zeros(len(batch), PARTICLE)
     particles["ekin"] = MEV_NM / batch.wavelength_nm
@@ -119,7 +113,7 @@ def particles_of(batch: PhotonBatch) -> np.ndarray:
     return particles
 
 
-def parsed(head: bytes) -> McplHeader:
+def parsed(head):
     """A head from its bytes, whatever number of particles it announces."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "head.mcpl")
@@ -127,7 +121,7 @@ def parsed(head: bytes) -> McplHeader:
         return read_mcpl(path).header
 
 
-def oracle() -> Oracle:
+def oracle():
     """libmcpl of the package mcpl, or a skip where that is absent."""
     pytest.importorskip("mcpl")
     package = importlib.util.find_spec("_mcpl_core")
@@ -136,7 +130,7 @@ def oracle() -> Oracle:
     return Oracle(next(library for folder in folders for library in sorted(folder.rglob("libmcpl.[sd]*"))))
 
 
-def random_particles(n: int, seed: int) -> np.ndarray:
+def random_particles(n, seed):
     """Particles with every field in use; directions all over the sphere, on its axes and between them."""
     generator = np.random.default_rng(seed)
     particles = np.zeros(n, PARTICLE)
@@ -154,18 +148,18 @@ def random_particles(n: int, seed: int) -> np.ndarray:
     return particles
 
 
-def encoded(header: McplHeader, records: np.ndarray | bytes = b"") -> bytes:
+def encoded(header, records=b""):
     from aomc_sky.formats.mcpl.header import encode_header
 
     return encode_header(header) + (records if isinstance(records, bytes) else records.tobytes())
 
 
-def written_by_libmcpl(library: Oracle, source: PhotonSource, path: Path) -> bytes:
+def written_by_libmcpl(library, source, path):
     """The file that libmcpl makes of a source's photons and of the head that our writer gives them."""
     header = parsed(McplWriter(source).layouts(tuple(range(source.n_bands)))[0].head)
     library.write(path, header, _particles(source))
     return path.read_bytes()
 
 
-def _particles(source: PhotonSource) -> Iterator[np.ndarray]:
+def _particles(source):
     return (particles_of(batch) for band in range(source.n_bands) for batch in source.batches(band))

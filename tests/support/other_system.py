@@ -5,15 +5,10 @@ signals; numpy and others keep theirs, for they ask for Linux and find it. What 
 folder cannot be opened, and a file that is open can be neither removed nor replaced.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 import signal
 import sys
-from collections.abc import Iterable
-from types import ModuleType
-from typing import Any
 
 MODULES = ("fcntl", "resource", "termios", "pwd", "grp", "posix_ipc", "syslog")
 _FUNCTIONS = """
@@ -28,7 +23,7 @@ SIGNALS = ("setitimer", "getitimer", "alarm", "pause", "pthread_sigmask", "sigwa
 _BINARY = 1 << 40  # the system here has no such word
 
 
-def become() -> None:
+def become():
     """Take away from this process what is not everywhere; there is no way back."""
     for name in MODULES:
         sys.modules[name] = None
@@ -41,14 +36,14 @@ def become() -> None:
         _refuse_open_files(name)
 
 
-def _is_ours(depth: int) -> bool:
+def _is_ours(depth):
     return str(sys._getframe(depth).f_globals.get("__name__", "")).startswith("aomc_sky.")
 
 
-def _hide(module: ModuleType, names: Iterable[str]) -> None:
+def _hide(module, names):
     hidden = {name: vars(module).pop(name) for name in names if hasattr(module, name)}
 
-    def looked_up(name: str) -> object:
+    def looked_up(name):
         if name not in hidden or _is_ours(2):
             raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}")
         return hidden[name]
@@ -56,10 +51,10 @@ def _hide(module: ModuleType, names: Iterable[str]) -> None:
     module.__getattr__ = looked_up
 
 
-def _open_binary_files_only() -> None:
+def _open_binary_files_only():
     real = os.open
 
-    def opened(path: Any, flags: int, mode: int = 0o777, *, dir_fd: int | None = None) -> int:
+    def opened(path, flags, mode=0o777, *, dir_fd=None):
         if _is_ours(2):
             assert flags & _BINARY, f"{path}: lines would end with two characters"
         if os.path.isdir(path):
@@ -69,10 +64,10 @@ def _open_binary_files_only() -> None:
     os.open = opened
 
 
-def _refuse_open_files(name: str) -> None:
+def _refuse_open_files(name):
     real = getattr(os, name)
 
-    def refused(path: Any, *rest: Any, **named: Any) -> Any:
+    def refused(path, *rest, **named):
         for one in (path, *rest[:1]) if name in ("replace", "rename") else (path,):
             if _is_open(one):
                 raise PermissionError(errno.EACCES, "another program uses this file", one)
@@ -81,7 +76,7 @@ def _refuse_open_files(name: str) -> None:
     setattr(os, name, refused)
 
 
-def _is_open(path: Any) -> bool:
+def _is_open(path):
     """Whether this process has the file open, by what Linux lists."""
     try:
         looked_for = os.stat(path, follow_symlinks=False)

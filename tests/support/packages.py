@@ -1,13 +1,10 @@
 """Packages of the repository and of its pages, installed as a user would, into a folder of their own."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
-from pathlib import Path
 
 
-def pip_install(package: Path, site: Path) -> None:
+def pip_install(package, site):
     """Install a package into a folder for the module path, without the network: its build needs hatchling here."""
     options = ["--quiet", "--disable-pip-version-check", "--no-index", "--no-deps", "--no-build-isolation"]
     words = [sys.executable, "-m", "pip", "install", *options, "--target", str(site), str(package)]

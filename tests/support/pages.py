@@ -1,14 +1,11 @@
 """Carry out a page of the documentation as a reader would: files saved, commands typed, output compared."""
 
-from __future__ import annotations
-
 import doctest
 import os
 import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,7 +32,7 @@ class SavedFile:
     text: str
 
 
-def steps(text: str) -> Iterator[Command | SavedFile]:
+def steps(text):
     """Files and commands of a page in order, without ``sh`` blocks, directives and nameless parts of C and Fortran."""
     for language, body in _FENCE.findall(text):
         if language == "console":
@@ -48,14 +45,14 @@ def steps(text: str) -> Iterator[Command | SavedFile]:
             yield SavedFile(name[1], body)
 
 
-def _commands(body: str) -> Iterator[Command]:
+def _commands(body):
     assert body.startswith("$ "), body
     for part in re.split(r"^\$ ", body, flags=re.MULTILINE)[1:]:
         line, _, shown = part.replace("\\\n", "\0").partition("\n")
         yield Command(line.replace("\0", ""), shown)
 
 
-def carry_out(page: str, folder: Path) -> int:
+def carry_out(page, folder):
     """Do what a page of docs/ says in a folder that has the scenes of inputs/; return how many commands ran."""
     shutil.copytree(REPOSITORY / "inputs", folder / "inputs", dirs_exist_ok=True)
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"

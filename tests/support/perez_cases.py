@@ -1,7 +1,5 @@
 """Perez skies typed from Table 1 by hand, and how photons are compared with the continuous law."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +7,6 @@ import numpy as np
 from tests.reference import perez_law
 from tests.reference.perez_law import PerezLaw
 from tests.support import chi2
-from tests.support.means import mean_p
 
 ZENITH_EDGES_DEG = np.linspace(0, 90, 37)
 AZIMUTH_EDGES_DEG = np.linspace(0, 360, 73)
@@ -28,7 +25,7 @@ class PerezCase:
     coefficients: tuple[float, float, float, float, float]
 
     @property
-    def law(self) -> PerezLaw:
+    def law(self):
         return PerezLaw(coefficients=self.coefficients, sun_zenith_rad=float(np.deg2rad(self.sun_zenith_deg)))
 
 
@@ -50,22 +47,22 @@ CLIPPED = {
 """Skies with negative values: row 4 of Table 1 at Delta = 0.6, and a first factor below 0 over most of the sky."""
 
 
-def cell_counts(mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+def cell_counts(mu, u, azimuth):
     """Photons in the cells of zenith angle and azimuth from the sun; angles by arctan2, sharp at both ends."""
     zenith = np.rad2deg(np.arctan2(np.sqrt(u), mu))
     azimuth = np.mod(np.rad2deg(azimuth), 360.0)
     return np.histogram2d(zenith, azimuth, bins=[ZENITH_EDGES_DEG, AZIMUTH_EDGES_DEG])[0]
 
 
-def cell_shares(law: PerezLaw) -> np.ndarray:
+def cell_shares(law):
     return perez_law.patch_shares(law, ZENITH_EDGES_DEG, AZIMUTH_EDGES_DEG)
 
 
-def cell_p(law: PerezLaw, mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> float:
+def cell_p(law, mu, u, azimuth):
     return chi2.chi2_p(cell_counts(mu, u, azimuth), cell_shares(law) * mu.size)
 
 
-def cone_p(law: PerezLaw, gamma: np.ndarray, psi: np.ndarray) -> float:
+def cone_p(law, gamma, psi):
     """Chi-square in rings and sectors around the sun, narrower towards it, the rest of the sky one cell."""
     radius = min(np.pi / 2 - law.sun_zenith_rad, np.pi / 4)
     edges = radius * np.linspace(0, 1, CONE_RINGS + 1) ** 2
@@ -75,7 +72,7 @@ def cone_p(law: PerezLaw, gamma: np.ndarray, psi: np.ndarray) -> float:
     return chi2.chi2_p(observed, np.append(share, 1 - share.sum()) * gamma.size)
 
 
-def photon_p_values(law: PerezLaw, mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> dict[str, float]:
+def photon_p_values(law, mu, u, azimuth):
     """p-values of independent photons (azimuths from the sun) against quadrature of the continuous law."""
     gamma, psi = perez_law.around_the_sun(law, mu, u, azimuth)
     beside = gamma[gamma < KS_RADIUS_RAD]
@@ -84,7 +81,7 @@ def photon_p_values(law: PerezLaw, mu: np.ndarray, u: np.ndarray, azimuth: np.nd
         "cells": cell_p(law, mu, u, azimuth),
         "cone": cone_p(law, gamma, psi),
         "beside the sun": chi2.ks_p(perez_law.cone_places(law, beside, KS_RADIUS_RAD)),
-        "mean mu": mean_p(mu, perez_law.mean(law, lambda x, y, mu: mu)),
-        "mean towards the sun": mean_p(towards, perez_law.mean(law, lambda x, y, mu: x)),
-        "mean aside": mean_p(aside, 0.0),
+        "mean mu": chi2.mean_p(mu, perez_law.mean(law, lambda x, y, mu: mu)),
+        "mean towards the sun": chi2.mean_p(towards, perez_law.mean(law, lambda x, y, mu: x)),
+        "mean aside": chi2.mean_p(aside, 0.0),
     }

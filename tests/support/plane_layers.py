@@ -1,7 +1,5 @@
 """Stacks of plane layers for the solver of scattering orders: published tables are of such."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -36,22 +34,22 @@ class FlatSky:
     orders: DiffuseSky
 
     @property
-    def irradiance_by_order(self) -> np.ndarray:
+    def irradiance_by_order(self):
         """As `DiffuseSky` has it."""
         return self.orders.irradiance_by_order
 
     @property
-    def direct_irradiance(self) -> np.ndarray:
+    def direct_irradiance(self):
         """Of the beam on the ground, shape (n_wl,)."""
         return ground_beam(self.medium, self.sun_zenith_rad).irradiance
 
 
-def flat_medium(layers: Layers, albedo: float, n_orders: int) -> Medium:
+def flat_medium(layers, albedo, n_orders):
     """The layers over a ground of radius 1e14 m: flat to 1e-8 for cosines above 0.02."""
     n = len(layers.optical_depth)
     edges = _THICKNESS_M * np.arange(1.0, n)
 
-    def density(depth: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    def density(depth):
         per_m = np.asarray(depth)[::-1] / _THICKNESS_M
         return lambda h: per_m[np.clip(np.searchsorted(edges, h, side="right"), 0, n - 1)]
 
@@ -72,7 +70,7 @@ def flat_medium(layers: Layers, albedo: float, n_orders: int) -> Medium:
     return medium_of(parts, 550.0, albedo=albedo, earth_radius_m=1e14, top_m=n * _THICKNESS_M, n_orders=n_orders)
 
 
-def solve_flat(medium: Medium, sun_zenith_rad: float, sky_zenith_rad: np.ndarray, *, n_listed: int = 1) -> FlatSky:
+def solve_flat(medium, sun_zenith_rad, sky_zenith_rad, *, n_listed=1):
     """`solve_orders`, with the medium beside its solution."""
     return FlatSky(
         medium=medium,
@@ -82,25 +80,17 @@ def solve_flat(medium: Medium, sun_zenith_rad: float, sky_zenith_rad: np.ndarray
     )
 
 
-def solve_layers(
-    layers: Layers,
-    albedo: float,
-    sun_zenith_rad: float,
-    sky_zenith_rad: np.ndarray,
-    *,
-    n_orders: int = ALL_ORDERS,
-    n_listed: int = 1,
-) -> FlatSky:
+def solve_layers(layers, albedo, sun_zenith_rad, sky_zenith_rad, *, n_orders=ALL_ORDERS, n_listed=1):
     """Orders of scattering of homogeneous plane layers under a plane beam of irradiance 1 normal to itself."""
     return solve_flat(flat_medium(layers, albedo, n_orders), sun_zenith_rad, sky_zenith_rad, n_listed=n_listed)
 
 
-def later_orders(sky: DiffuseSky, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+def later_orders(sky, azimuth_from_sun_rad):
     """Radiance of all orders from 2 on, shape (n_wl, n_zenith, n_azimuth)."""
     return _sum_of_modes(sky, azimuth_from_sun_rad).sum(axis=1)
 
 
-def by_order(sky: FlatSky, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+def by_order(sky, azimuth_from_sun_rad):
     """Radiance of orders 1, 2, ..., and of all later ones together, (n_wl, n_row + 1, ...)."""
     theta, phi = np.meshgrid(sky.sky_zenith_rad, azimuth_from_sun_rad, indexing="ij")
     once = solve_order_one(sky.medium, sky.sun_zenith_rad, theta.ravel(), phi.ravel())
@@ -108,6 +98,6 @@ def by_order(sky: FlatSky, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
     return np.concatenate([once.reshape(-1, 1, *theta.shape), later], axis=1)
 
 
-def _sum_of_modes(sky: DiffuseSky, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+def _sum_of_modes(sky, azimuth_from_sun_rad):
     cosines = np.cos(np.arange(sky.later_modes.shape[2])[:, None] * np.asarray(azimuth_from_sun_rad))
     return sky.later_modes.swapaxes(2, 3) @ cosines

@@ -1,11 +1,7 @@
 """A package with a sky model of its own on the module path, as pip lays it there."""
 
-from __future__ import annotations
 
-from pathlib import Path
-
-
-def lay_package(site: Path, module: str, code: str, *, name: str, distribution: str, version: str = "1") -> Path:
+def lay_package(site, module, code, *, name, distribution, version="1"):
     """Write the module and its entry point into a folder, which the caller puts on the module path."""
     about = site / f"{distribution.replace('-', '_')}-{version}.dist-info"
     about.mkdir(parents=True)

@@ -1,7 +1,5 @@
 """The command in a process of its own: with limits on time and memory that the system keeps, or to be killed."""
 
-from __future__ import annotations
-
 import math
 import os
 import signal
@@ -9,9 +7,7 @@ import subprocess
 import sys
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
-from tests.support.forked_commands import ForkedCommand
 from tests.support.forked_programs import ForkServer
 from tests.support.limits import MOST_CPU_S
 
@@ -63,7 +59,7 @@ class Ended:
     children_mb: float
 
 
-def limited(folder: Path, *words: object, cpu_s: float = MOST_CPU_S) -> Ended:
+def limited(folder, *words, cpu_s=MOST_CPU_S):
     """Run the command inside a folder under a limit on its processor time; a process that waits is killed, too."""
     peak = folder / ".peak"
     done = _COMMANDS.run(_LIMITED, int(cpu_s), peak, *words, folder=folder)
@@ -71,12 +67,12 @@ def limited(folder: Path, *words: object, cpu_s: float = MOST_CPU_S) -> Ended:
     return Ended(code=done.code, out=done.out, err=done.err, peak_mb=own, children_mb=children)
 
 
-def start(*words: object, **how: object) -> subprocess.Popen:
+def start(*words, **how):
     """A process that hears SIGINT, which a shell lets its background jobs ignore and they their children."""
     return _listening([sys.executable, "-m", "aomc_sky", *map(str, words)], **how)
 
 
-def resting(*words: object, block: int, rest: str = "signal.pause()") -> list[str]:
+def resting(*words, block, rest="signal.pause()"):
     """Command line that rests, for ever or until a signal comes, before it makes its block of photons of this number.
 
     However fast the machine is, it is in its midst then: it works on one thread.
@@ -85,7 +81,7 @@ def resting(*words: object, block: int, rest: str = "signal.pause()") -> list[st
     return [sys.executable, "-c", program, str(block), *map(str, words), "--threads", "1"]
 
 
-def stopped(*words: object, block: int) -> subprocess.Popen:
+def stopped(*words, block):
     """A process that has stopped itself, as by SIGSTOP, before its block of photons of this number."""
     process = _listening(resting(*words, block=block, rest="os.kill(os.getpid(), signal.SIGSTOP)"))
     now = os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WEXITED | os.WNOWAIT)
@@ -93,14 +89,14 @@ def stopped(*words: object, block: int) -> subprocess.Popen:
     return process
 
 
-def end_by(process: subprocess.Popen, how: signal.Signals) -> bytes:
+def end_by(process, how):
     """Send a signal to a stopped process, and return its standard error when it has ended."""
     process.send_signal(how)
     process.send_signal(signal.SIGCONT)
     return process.communicate(timeout=60)[1]
 
 
-def _listening(command: list[str], **how: object) -> subprocess.Popen:
+def _listening(command, **how):
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **how)
@@ -108,7 +104,7 @@ def _listening(command: list[str], **how: object) -> subprocess.Popen:
         signal.signal(signal.SIGINT, before)
 
 
-def wait_for(folder: Path, pattern: str, process: subprocess.Popen | ForkedCommand) -> None:
+def wait_for(folder, pattern, process):
     """Return when a file of such a name is there."""
     limit = time.monotonic() + 60
     while not list(folder.glob(pattern)):
@@ -117,7 +113,7 @@ def wait_for(folder: Path, pattern: str, process: subprocess.Popen | ForkedComma
         time.sleep(0.002)
 
 
-def in_environment(program: str, *arguments: object, **variables: str) -> str:
+def in_environment(program, *arguments, **variables):
     """Standard output of a Python program under changed environment variables."""
     command, environment = [sys.executable, "-c", program, *map(str, arguments)], {**os.environ, **variables}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600, check=False)
@@ -125,14 +121,14 @@ def in_environment(program: str, *arguments: object, **variables: str) -> str:
     return done.stdout
 
 
-def with_numba(program: str, *arguments: object, **variables: str) -> str:
+def with_numba(program, *arguments, **variables):
     """`in_environment` for programs whose start is not the subject: numba is there, the package is not."""
     done = _NUMBA.run(program, *arguments, **variables)
     assert done.code == 0, done.err
     return done.out
 
 
-def whole_files_only(folder: Path, whole: dict[str, bytes]) -> bool:
+def whole_files_only(folder, whole):
     """Whether every file under a final name is the finished one."""
     names = [path.name for path in folder.iterdir() if not path.name.startswith(".")]
     return all((folder / name).read_bytes() == whole[name] for name in names)

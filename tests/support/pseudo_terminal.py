@@ -1,7 +1,5 @@
 """A pseudo-terminal, and what a person would see on it."""
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import os
@@ -12,44 +10,43 @@ import subprocess
 import termios
 import threading
 import time
-from collections.abc import Iterator, Sequence
 
 
 class Seen:
     """Bytes that arrived, read while they come, for a terminal that nobody reads is soon full."""
 
-    def __init__(self, master: int) -> None:
+    def __init__(self, master):
         self._master = master
-        self._parts: list[bytes] = []
+        self._parts = []
         self._thread = threading.Thread(target=self._read, daemon=True)
         self._thread.start()
 
-    def _read(self) -> None:
+    def _read(self):
         with contextlib.suppress(OSError):  # the last user of the other end is gone
             while part := os.read(self._master, 65536):
                 self._parts.append(part)
 
-    def type(self, text: str) -> None:
+    def type(self, text):
         os.write(self._master, text.encode())
 
-    def wait_for(self, text: str, seconds: float = 30.0) -> bool:
+    def wait_for(self, text, seconds=30.0):
         limit = time.monotonic() + seconds
         while text not in self.text and time.monotonic() < limit:
             time.sleep(0.01)
         return text in self.text
 
-    def finish(self) -> None:
+    def finish(self):
         """Wait for the end of what is written; the other end must be closed."""
         self._thread.join(timeout=30)
         assert not self._thread.is_alive()
 
     @property
-    def text(self) -> str:
+    def text(self):
         return b"".join(self._parts).decode()
 
 
 @contextlib.contextmanager
-def pseudo_terminal(width: int) -> Iterator[tuple[int, Seen]]:
+def pseudo_terminal(width):
     """Give the descriptor of the end that a program writes to, and what was seen; complete after the block."""
     master, slave = os.openpty()
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, width, 0, 0))
@@ -62,10 +59,10 @@ def pseudo_terminal(width: int) -> Iterator[tuple[int, Seen]]:
         os.close(master)
 
 
-def start_in(slave: int, command: Sequence[str], **how: object) -> subprocess.Popen:
+def start_in(slave, command, **how):
     """Start a program that this terminal controls: Ctrl-C reaches it."""
 
-    def take_terminal() -> None:
+    def take_terminal():
         os.setsid()
         fcntl.ioctl(slave, termios.TIOCSCTTY, 0)
         # a shell lets its background jobs ignore it, and they their children
@@ -76,7 +73,7 @@ def start_in(slave: int, command: Sequence[str], **how: object) -> subprocess.Po
     return subprocess.Popen(command, preexec_fn=take_terminal, **streams, **how)  # noqa: PLW1509
 
 
-def screen(text: str) -> list[str]:
+def screen(text):
     """Lines that stand on a terminal at the end: what follows a carriage return is written over the line."""
     lines = []
     for line in re.sub(r"\x1b\[[0-9;]*m", "", text).split("\n"):

@@ -1,11 +1,9 @@
 """Public names of the package, each of which has a page of the site and an example."""
 
-from __future__ import annotations
-
 import aomc_sky
 
 
-def public_names() -> list[str]:
+def public_names():
     """What `import aomc_sky` offers, modules by what they say is theirs."""
     modules = aomc_sky._PUBLIC_MODULES
     names = [name for name in aomc_sky.__all__ if name != "__version__" and name not in modules]

@@ -1,8 +1,5 @@
 """Errors of equal patches over seeds, and the grids whose rings are nearly a period of the steps of the places."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator
 from fractions import Fraction
 
 import numpy as np
@@ -16,11 +13,8 @@ STEPS = {"u": 13925035116211876495, "v": 10511698010929265437, "ring": 0x9E3779B
 CONES = ((33.37, 217.71, 5.0), (33.37, 217.71, 20.0), (55.0, 100.3, 5.0), (55.0, 100.3, 20.0))
 """Zenith angle, azimuth and half angle, off the edges of the grids. [deg]"""
 
-Places = Callable[[int], tuple[np.ndarray, np.ndarray, np.ndarray]]
-"""From a seed to the patches (n,), and the places u along the flux and v along the azimuth in them."""
 
-
-def denominators(step: int, largest: int) -> list[int]:
+def denominators(step, largest):
     """Denominators up to `largest` of the convergents and the intermediate fractions of step / 2^64."""
     found, rest, before, last = [], Fraction(step, 1 << 64), 0, 1
     while rest.numerator and last <= largest:
@@ -32,16 +26,19 @@ def denominators(step: int, largest: int) -> list[int]:
     return sorted({q for q in found if q <= largest})
 
 
-def resonant_rings(smallest: int, largest: int) -> list[int]:
+def resonant_rings(smallest, largest):
     """Photons of a ring that are nearly a period of either step, or twice one."""
     either = {q for name in ("u", "v") for q in denominators(STEPS[name], largest)}
     return sorted(q for q in either | {2 * q for q in either} if smallest <= q <= largest)
 
 
 class EqualPatches:
-    """A grid of equal patches with `each` photons in each of them, and the errors of its photons."""
+    """A grid of equal patches with `each` photons in each of them, and the errors of its photons.
 
-    def __init__(self, n_zenith: int, n_azimuth: int, each: int = 1) -> None:
+    Places are functions of a seed: the patches (n,), and u along the flux and v along the azimuth in them.
+    """
+
+    def __init__(self, n_zenith, n_azimuth, each=1):
         self.n_zenith, self.n_azimuth, self.each = n_zenith, n_azimuth, each
         self.n = n_zenith * n_azimuth * each
         self._edges = np.sin(np.deg2rad(np.arange(n_zenith + 1) * 90.0 / n_zenith)) ** 2
@@ -49,7 +46,7 @@ class EqualPatches:
         self._rows = 1.0 - grid.mu_edges[1:-1] ** 2
         self.truth = self._truth()
 
-    def errors(self, places: Places, seeds: int) -> dict[str, float]:
+    def errors(self, places, seeds):
         """Relative root mean square error of every quantity over seeds."""
         squares = dict.fromkeys(self.truth, 0.0)
         for seed in range(seeds):
@@ -58,13 +55,13 @@ class EqualPatches:
                 squares[name] += float(np.sum((found[name] - true) ** 2) / np.sum(np.square(true)))
         return {name: float(np.sqrt(square / seeds)) for name, square in squares.items()}
 
-    def errors_of_independent(self) -> dict[str, float]:
+    def errors_of_independent(self):
         """The same of independent photons, in closed form but for `planar`, which has no share."""
         norms = {name: float(np.sqrt(np.sum(np.square(true)))) for name, true in self.truth.items()}
         variance = {name: float(np.sum(true * (1.0 - true))) / self.n for name, true in self.truth.items()}
         return {name: float(np.sqrt(variance[name])) / norms[name] for name in self.truth if name != "planar"}
 
-    def quantities(self, patch: np.ndarray, u: np.ndarray, v: np.ndarray) -> dict[str, np.ndarray]:
+    def quantities(self, patch, u, v):
         """Shares of photons, and for `planar` the mean of mu."""
         ring, column = np.divmod(patch, self.n_azimuth)
         sin2 = self._edges[ring] + np.diff(self._edges)[ring] * u
@@ -88,7 +85,7 @@ class EqualPatches:
             found[f"cone {k}"] = np.mean(inside)
         return found
 
-    def _truth(self) -> dict[str, np.ndarray]:
+    def _truth(self):
         """Exact where a closed form is known, else the mean over a fine lattice in every patch."""
         points = max(6, int(np.sqrt(2e5 / (self.n_zenith * self.n_azimuth))))
         middle = (np.arange(points) + 0.5) / points
@@ -105,11 +102,11 @@ class EqualPatches:
             "half-plane": 0.5,
         }
 
-    def emitted(self, **options: object) -> Places:
+    def emitted(self, **options):
         """The places of the package's own photons, read off their directions in float64."""
         known = scene(table_of(np.ones((self.n_zenith, self.n_azimuth))), self.n)
 
-        def places(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        def places(seed):
             batch = known.source(seed=seed, precision="float64", order="patch", **options).photons()
             ring, column = np.divmod(batch.patch.astype(np.int64), self.n_azimuth)
             sin2 = np.square(batch.ux) + np.square(batch.uy)
@@ -120,10 +117,10 @@ class EqualPatches:
 
         return places
 
-    def by_rank(self, golden: bool = False) -> Places:
+    def by_rank(self, golden=False):
         """Places by the rank in the band alone, as up to `aomc-sky/1`; `golden` adds ring x golden ratio to v."""
 
-        def places(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        def places(seed):
             rank = np.arange(self.n, dtype=np.uint64)
             patch = (rank // np.uint64(self.each)).astype(np.int64)
             shift = np.random.default_rng([seed, self.n]).integers(0, 1 << 64, 2, dtype=np.uint64)
@@ -135,17 +132,17 @@ class EqualPatches:
 
         return places
 
-    def jittered(self) -> Places:
+    def jittered(self):
         """Independent places, the same counts."""
 
-        def places(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        def places(seed):
             rng = np.random.default_rng([seed, self.n, 1])
             return np.arange(self.n) // self.each, rng.random(self.n), rng.random(self.n)
 
         return places
 
 
-def grids(rings: tuple[int, ...], smallest: int = 5, largest: int = 400) -> Iterator[tuple[int, int, int]]:
+def grids(rings, smallest=5, largest=400):
     """Rings, columns and photons of a patch (one, two or four) for every resonant number of photons of a ring."""
     for photons in resonant_rings(smallest, largest):
         for each in (1, 2, 4):

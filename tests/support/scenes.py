@@ -1,27 +1,23 @@
 """Small scenes written into a test's own folder."""
 
-from __future__ import annotations
-
 import json
 import shutil
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tests.support.shared import INPUTS, REPOSITORY
 
 if TYPE_CHECKING:
-    from aomc_sky.emission.photon_source import PhotonSource
-    from aomc_sky.formats.aomc.amc import AmcConfig
+    pass
 
 
-def copy_scene(name: str, folder: Path) -> Path:
+def copy_scene(name, folder):
     """Copy a scene of inputs/ into `folder` and return its amc.inp."""
     target = folder / name
     shutil.copytree(INPUTS / name, target, ignore=shutil.ignore_patterns("aomc-sky-out"))
     return target / "amc.inp"
 
 
-def coarse_atmosphere(folder: Path) -> Path:
+def coarse_atmosphere(folder):
     """A copy of atmosphere_sky whose light is scattered once into few patches; its amc.inp."""
     amc = copy_scene("atmosphere_sky", folder)
     keys = 'file = "clear.atmo"\norders = 1\nzenith_bins = 6\nazimuth_bins = 12\n'
@@ -29,7 +25,7 @@ def coarse_atmosphere(folder: Path) -> Path:
     return amc
 
 
-def change_config(amc_inp: Path, **values: object) -> None:
+def change_config(amc_inp, **values):
     from dataclasses import replace
 
     from aomc_sky.formats.aomc.amc import read_amc
@@ -37,7 +33,7 @@ def change_config(amc_inp: Path, **values: object) -> None:
     write_amc(replace(read_amc(amc_inp), **values), amc_inp)
 
 
-def scene_with_circle(folder: Path) -> Path:
+def scene_with_circle(folder):
     """A copy of document_example with a round footprint, so that photons have positions; its amc.inp."""
     from aomc_sky.formats.aomc.amc import FootprintCode
 
@@ -46,7 +42,7 @@ def scene_with_circle(folder: Path) -> Path:
     return amc
 
 
-def write_amc(config: AmcConfig, path: Path) -> None:
+def write_amc(config, path):
     """Write amc.inp in the program's layout; `use_polar_cap` None chooses the 30-line one."""
     from aomc_sky.formats.aomc.amc import FIRST_COLUMN, fields_of_layout
 
@@ -58,25 +54,25 @@ def write_amc(config: AmcConfig, path: Path) -> None:
     )
 
 
-def _amc_text(value: Any, *, is_whole: bool) -> str:
+def _amc_text(value, *, is_whole):
     text = str(int(value)) if is_whole else repr(float(value))
     # 1e-07 and 1e+16 need a point, or Fortran implies decimals
     return text if is_whole or "." in text else text.replace("e", ".0e")
 
 
-def flip_bit(path: Path, position: int) -> None:
+def flip_bit(path, position):
     data = bytearray(path.read_bytes())
     data[position] ^= 4
     path.write_bytes(data)
 
 
-def run_bytes(folder: Path) -> dict[str, bytes]:
+def run_bytes(folder):
     files = {path.name: path.read_bytes() for path in folder.iterdir()}
     assert "manifest.json" in files, sorted(files)
     return files
 
 
-def manifest_of(folder: Path) -> dict[str, Any]:
+def manifest_of(folder):
     """The manifest of a run folder, which keeps the published schema."""
     import jsonschema
 
@@ -86,16 +82,7 @@ def manifest_of(folder: Path) -> dict[str, Any]:
     return dict(manifest)
 
 
-def write_scene(
-    folder: Path,
-    *,
-    sky_text: str | None = None,
-    difcol: str | None = None,
-    bands: tuple[float, ...] = (500.0,),
-    iterations: int = 1000,
-    flag: int = 1,
-    zenith: float = 30,
-) -> Path:
+def write_scene(folder, *, sky_text=None, difcol=None, bands=(500.0,), iterations=1000, flag=1, zenith=30):
     """Write amc.inp and lambbot.inp, and skydist.inp and difcol.inp where they are given; return the folder."""
     text = (INPUTS / "document_example" / "amc.inp").read_text().splitlines()
     for line, value in ((1, iterations), (2, flag), (4, zenith), (30, len(bands))):
@@ -108,7 +95,7 @@ def write_scene(
     return folder
 
 
-def weighted_source(precision: str) -> PhotonSource:
+def weighted_source(precision):
     """Photons with positions and weights in the first of two wavebands, none in the second."""
     import numpy as np
 

@@ -1,7 +1,5 @@
 """Programs over aomc_sky.h, as libraries that the tests call, and sources that between them take every way."""
 
-from __future__ import annotations
-
 import ctypes
 import dataclasses
 import functools
@@ -9,14 +7,13 @@ import shutil
 import subprocess
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
-from aomc_sky.component import Component, Law
+from aomc_sky.component import Law
 from aomc_sky.emission.source_file import tables_of
 from tests.support import fairness
 from tests.support.host_scenes import WAVEBANDS, components, disc, perez, table
@@ -32,7 +29,7 @@ STRICT = "-Wall -Wextra -pedantic -Wshadow -Werror"
 
 
 @functools.cache
-def _built(flags: str, compiler: str) -> Driver:
+def _built(flags, compiler):
     folder = Path(tempfile.mkdtemp(prefix="aomc-sky-driver-"))
     language = ["-x", "c++"] if compiler.endswith("++") else []
     options = [*flags.split(), *STRICT.split(), "-fPIC", f"-I{include_dir()}"]
@@ -47,19 +44,19 @@ def _built(flags: str, compiler: str) -> Driver:
     return Driver(library)
 
 
-def built(flags: str = "-O2", compiler: str = "gcc") -> Driver:
+def built(flags="-O2", compiler="gcc"):
     """The driver, which uses the whole header, compiled with flags and without a warning, once per process."""
     return _built(flags, compiler)
 
 
 @functools.cache
-def section_names() -> tuple[str, ...]:
+def section_names():
     """Names of the sections in the order of their kinds, which count from 1."""
     emitter = source_of("table", 100)._emitter
     return tuple(tables_of(emitter, 0, emitter._packed(0)))
 
 
-def aligned(data: bytes) -> np.ndarray:
+def aligned(data):
     memory = np.zeros(len(data) + 64, np.uint8)
     begin = -memory.ctypes.data % 64
     memory[begin : begin + len(data)] = np.frombuffer(data, np.uint8)
@@ -69,7 +66,7 @@ def aligned(data: bytes) -> np.ndarray:
 class Driver:
     """tests/reference/source_driver.c as functions of arrays."""
 
-    def __init__(self, library: ctypes.CDLL) -> None:
+    def __init__(self, library):
         self.library = library
         for name in ("driver_fill", "driver_numbers", "driver_n"):
             getattr(library, name).restype = ctypes.c_int64
@@ -77,67 +74,67 @@ class Driver:
         library.driver_message.restype = ctypes.c_char_p
         self._data = np.zeros(0, np.uint8)
 
-    def view(self, data: bytes) -> int:
+    def view(self, data):
         """Take the bytes of a file; returns the code."""
         self._data = aligned(data)
         return int(self.library.driver_view(_address(self._data), ctypes.c_uint64(len(data))))
 
-    def load(self, path: Path) -> int:
+    def load(self, path):
         return int(self.library.driver_load(str(path).encode()))
 
-    def open(self, source: sky.PhotonSource | bytes, band: int = 0) -> None:
+    def open(self, source, band=0):
         """Take a source and one of its bands."""
         code = self.view(source if isinstance(source, bytes) else source.to_bytes())
         assert code == 0, self.message(code)
         assert self.band(band) == 0
 
-    def band(self, band: int) -> int:
+    def band(self, band):
         return int(self.library.driver_band(ctypes.c_int32(band)))
 
     @property
-    def n(self) -> int:
+    def n(self):
         return int(self.library.driver_n())
 
     @property
-    def witness(self) -> int:
+    def witness(self):
         return int(self.library.driver_witness())
 
-    def fill(self, start: int, rows: np.ndarray, count: int | None = None) -> int:
+    def fill(self, start, rows, count=None):
         """Directions from `start` on into the rows (3, n)."""
         return self._into(self.library.driver_fill, start, rows, count)
 
-    def numbers(self, start: int, rows: np.ndarray, count: int | None = None) -> int:
+    def numbers(self, start, rows, count=None):
         """Numbers from `start` on into the rows (3, n)."""
         return self._into(self.library.driver_numbers, start, rows, count)
 
-    def _into(self, function: Any, start: int, rows: np.ndarray, count: int | None) -> int:
+    def _into(self, function, start, rows, count):
         size = rows.shape[1] if count is None else count
         is_double = ctypes.c_int(rows.dtype == np.float64)
         return int(function(is_double, ctypes.c_int64(start), ctypes.c_int64(size), *map(_address, rows)))
 
-    def at(self, index: np.ndarray, dtype: np.dtype) -> tuple[np.ndarray, np.ndarray]:
+    def at(self, index, dtype):
         """Directions and numbers (6, n) of single photons, and their patches."""
         rows, patch = np.empty((6, index.size), dtype), np.empty(index.size, np.int32)
         is_double, index = ctypes.c_int(rows.dtype == np.float64), np.ascontiguousarray(index, np.int64)
         self.library.driver_at(is_double, _address(index), ctypes.c_int64(index.size), _address(rows), _address(patch))
         return rows, patch
 
-    def checksum(self, data: bytes) -> int:
+    def checksum(self, data):
         return int(self.library.driver_checksum(data, ctypes.c_uint64(len(data))))
 
-    def message(self, code: int) -> str:
+    def message(self, code):
         return bytes(self.library.driver_message(ctypes.c_int64(code))).decode()
 
 
-def _address(array: np.ndarray) -> ctypes.c_void_p:
+def _address(array):
     return ctypes.c_void_p(array.ctypes.data)
 
 
-def same_bits(one: np.ndarray, other: np.ndarray) -> bool:
+def same_bits(one, other):
     return np.ascontiguousarray(one).tobytes() == np.ascontiguousarray(other).tobytes()
 
 
-def compare(driver: Driver, source: sky.PhotonSource, n: int = 20_000) -> int:
+def compare(driver, source, n=20_000):
     """Assert that `fill`, `at` and `numbers` give the photons of every band; returns how many were compared."""
     assert driver.view(source.to_bytes()) == 0
     done, rng = 0, np.random.default_rng(source.total)
@@ -161,12 +158,12 @@ def compare(driver: Driver, source: sky.PhotonSource, n: int = 20_000) -> int:
     return done
 
 
-def _sloped() -> tuple[Component, ...]:
+def _sloped():
     flat, rng = table(Law.CELL_MU2, 6, 9), np.random.default_rng(5)
     return (dataclasses.replace(flat, law=Law.CELL_SLOPED, slope=rng.uniform(-0.99, 0.99, (2, 54, 2))),)
 
 
-def _with_lobes() -> tuple[Component, ...]:
+def _with_lobes():
     """A Perez sky, a table, a disc and lobes of every kind, in two bands."""
     lobes = [
         dataclasses.replace(one, name=name, strength=np.ones(2), mass=np.ones((2, 1)), irradiance_W_m2_nm=None)
@@ -191,9 +188,9 @@ LOBES = ("lobes and all", "lobes")
 
 
 @functools.cache
-def _components(name: str) -> tuple[Component, ...]:
+def _components(name):
     return MORE[name]() if name in MORE else components(name)
 
 
-def source_of(name: str, n: int | list[int] = 20_011, **options: object) -> sky.PhotonSource:
+def source_of(name, n=20_011, **options):
     return sky.Scene(wavebands=WAVEBANDS, n_photons=n, components=_components(name)).source(seed=9, **options)

@@ -1,14 +1,14 @@
 """The tools of the statistical tests: laws under the null, and agreement with numbers worked out otherwise."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.special import kolmogorov
 
 from tests.support import chi2
-from tests.support.means import mean_p
-from tests.support.plan import StatisticalPlan
+from tests.support.plan import MOST_CASES, MOST_P_VALUES, StatisticalPlan
 
 
 def uniform_distance(p_values):
@@ -62,8 +62,6 @@ def test_ks_is_uniform_and_two_sided():
     assert chi2.ks_p(rng.random(10**5) ** 1.05) < 1e-9
     assert chi2.ks_p((np.arange(10**5) + 0.5) / 10**5) < 1e-9  # too even
     assert chi2.ks_p(rng.random(2000) * 2) == 0
-    with pytest.raises(AssertionError, match="1000"):
-        chi2.ks_p(rng.random(999))
 
 
 def test_per_degree():
@@ -73,60 +71,32 @@ def test_per_degree():
         chi2.per_degree(np.array([999, 999]), np.array([999.0, 999.0]))
 
 
-@pytest.mark.parametrize(("k", "n", "p"), [(0, 9, 0.3), (4, 9, 0.3), (9, 9, 0.3), (7, 30, 0.5)])
-def test_binomial_by_summation(k, n, p):
-    terms = [math.comb(n, j) * p**j * (1 - p) ** (n - j) for j in range(n + 1)]
-    expected = min(1.0, 2 * min(sum(terms[: k + 1]), sum(terms[k:])))
-    assert chi2.binomial_p(k, n, p) == pytest.approx(expected, rel=1e-12)
-
-
 def test_mean_p():
     sample = np.array([-1.0, 1.0] * 50)
-    assert mean_p(sample, 0.0) == 1
-    assert mean_p(sample + 0.196, 0.0, variance=1.0) == pytest.approx(0.05, abs=1e-4)
-    assert mean_p(np.ones(5), 1.0) == 1
-    assert mean_p(np.ones(5), 1.1) == 0
+    assert chi2.mean_p(sample, 0.0) == 1
+    assert chi2.mean_p(sample + 0.196, 0.0, variance=1.0) == pytest.approx(0.05, abs=1e-4)
+    assert chi2.mean_p(np.ones(5), 1.0) == 1
+    assert chi2.mean_p(np.ones(5), 1.1) == 0
 
 
 def test_the_plan_shares_the_level():
-    plan = StatisticalPlan(declared={"a": 3, "b": 1}, family_level=1e-3)
-    assert 1 - (1 - plan.level) ** 4 == pytest.approx(1e-3)
-    plan.check("a", 0.5)
-    for name, p_value, words in (
-        ("a", 1e-9, "below the level"),
-        ("a", math.nan, "below the level"),
-        ("a", 0.5, "compares more"),
-        ("c", 0.5, "not declared"),
-    ):
-        with pytest.raises(AssertionError, match=words):
-            plan.check(name, p_value)
-    plan.catches(1e-9)
+    assert 1 - (1 - StatisticalPlan.level) ** (MOST_CASES * MOST_P_VALUES) == pytest.approx(1e-6)
+    plan = StatisticalPlan()
+    for p_value in (1e-10, math.nan):
+        with pytest.raises(AssertionError, match="below the level"):
+            plan.check(p_value)
+    plan.compared = MOST_P_VALUES
+    with pytest.raises(AssertionError, match="more than 12 p-values"):
+        plan.check(0.5)
+    plan.catches(1e-10)
     with pytest.raises(AssertionError, match="not caught"):
         plan.catches(0.1)
 
 
-def test_a_bound_plan_counts_its_comparisons():
-    plan = StatisticalPlan(declared={"a": 2})
-    bound = plan.bind("a")
-    bound.check(0.5)
-    bound.catches(0.0)
-    assert bound.compared == 1
+def test_the_number_of_cases_is_bounded():
+    from tests.statistical import conftest
 
-
-def test_the_folder_is_declared_completely():
-    """A name that no test bears, or a test that no name declares, fails the collection; both ways tried here."""
-    from tests.statistical import conftest, declared
-
-    class Item:
-        def __init__(self, name):
-            self.path = conftest.HERE / "test_counts.py"
-            self.originalname, self.fixturenames = name, ["plan"]
-
-    class Config:
-        args = ("tests",)
-
-    names = list(declared.DECLARED["test_counts"])
-    conftest.pytest_collection_modifyitems(Config, [Item(name) for name in names])
-    for wrong in (names[:1], [*names, "test_not_declared"], [*names, names[0]]):
-        with pytest.raises(pytest.UsageError, match="test_counts"):
-            conftest.pytest_collection_modifyitems(Config, [Item(name) for name in wrong])
+    items = [SimpleNamespace(fixturenames=["plan"])] * MOST_CASES
+    conftest.pytest_collection_modifyitems(items)
+    with pytest.raises(pytest.UsageError, match="241 cases"):
+        conftest.pytest_collection_modifyitems([*items, items[0]])

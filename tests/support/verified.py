@@ -1,23 +1,16 @@
 """Runs that are spoilt on purpose, and photons of a code that is not ours."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator
-from pathlib import Path
-
 import numpy as np
 
-from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.outputs.photons.files import BLOCK, PhotonRows
-from aomc_sky.verify.directions import Dependence, verify_directions
-from aomc_sky.verify.report import Check, VerifyReport
+from aomc_sky.verify.directions import verify_directions
 
 
-def directions_of(source: PhotonSource, band: int = 0) -> np.ndarray:
+def directions_of(source, band=0):
     return source.photons(band).directions
 
 
-def uniform_in_zenith_angle(directions: np.ndarray, share: float, seed: int = 0) -> np.ndarray:
+def uniform_in_zenith_angle(directions, share, seed=0):
     """The directions with a share of them made uniform in zenith angle and in azimuth: no sine, no cosine."""
     rng = np.random.default_rng(seed)
     spoilt = directions.copy()
@@ -28,33 +21,25 @@ def uniform_in_zenith_angle(directions: np.ndarray, share: float, seed: int = 0)
     return spoilt
 
 
-def change_photons(folder: Path, change: Callable[[np.ndarray], np.ndarray], waveband: int = 1) -> None:
+def change_photons(folder, change, waveband=1):
     """Replace the directions of a waveband and leave everything else as it is."""
     photons = np.load(folder / f"photons-{waveband:04d}.npy", mmap_mode="r+")
     photons[:] = change(photons.copy())
     photons.flush()
 
 
-def rows_of(directions: np.ndarray, weight: np.ndarray | None = None) -> Iterator[PhotonRows]:
+def rows_of(directions, weight=None):
     for start in range(0, len(directions), BLOCK):
         part = slice(start, start + BLOCK)
         yield PhotonRows(start=start, direction=directions[part], weight=None if weight is None else weight[part])
 
 
-def direction_report(
-    source: PhotonSource,
-    dependence: Dependence,
-    directions: np.ndarray | None = None,
-    *,
-    weight: np.ndarray | None = None,
-    seed: int = 0,
-    band: int = 0,
-) -> VerifyReport:
+def direction_report(source, dependence, directions=None, *, weight=None, seed=0, band=0):
     """The tests of directions of a waveband: of the source's own photons, or of those given."""
     found = directions_of(source, band) if directions is None else directions
     return verify_directions(source, {band: rows_of(found, weight)}, dependence=dependence, seed=seed, threads=1)
 
 
-def named(report: VerifyReport, beginning: str) -> Check:
+def named(report, beginning):
     (check,) = (check for check in report.checks if check.name.startswith(beginning))
     return check

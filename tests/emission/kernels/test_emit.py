@@ -12,7 +12,7 @@ from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.emission.kernels import batches, plain
 from aomc_sky.skies.perez.kernels.cells import tilted
 from aomc_sky.skies.perez.law import PerezBounds
-from tests.support.emitted import both
+from tests.support.emitted import compared
 
 JIT = not numba.config.DISABLE_JIT
 N = 9001 if JIT else 150
@@ -88,14 +88,6 @@ def many_cells(n_zenith, n):
     return sky.Scene(wavebands=BANDS, n_photons=n, components=(many,)).source()
 
 
-def compared(source, start, stop):
-    """The compiled photons, which are those of the plain form to the bit."""
-    compiled, twin = both(source, start, stop)
-    for key, values in compiled.items():
-        np.testing.assert_array_equal(values, twin[key], err_msg=key)
-    return compiled
-
-
 PRECISIONS, ORDERS, PLACEMENTS = ("float32", "float64"), ("shuffled", "patch"), ("r2", "philox", "centre")
 
 
@@ -105,10 +97,7 @@ PRECISIONS, ORDERS, PLACEMENTS = ("float32", "float64"), ("shuffled", "patch"), 
 @pytest.mark.parametrize("name", SCENES)
 def test_compiled_equals_plain(name, precision, order, placement):
     source = source_of(name, order=order, placement=placement, precision=precision)
-    compiled = compared(source, N // 5, N)
-    length = np.sqrt(sum(compiled[u].astype(np.float64) ** 2 for u in ("ux", "uy", "uz")))
-    assert np.max(np.abs(length - 1)) < (3e-7 if precision == "float32" else 6e-16)
-    assert np.all(compiled["uz"] <= 0)
+    compared(source, N // 5, N)
 
 
 @pytest.mark.parametrize("name", ["perez", "perez in narrow cells"])

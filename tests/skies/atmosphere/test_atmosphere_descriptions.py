@@ -1,18 +1,48 @@
 """Descriptions from file to radiance against the reference tables: reader, code blocks, norms and solvers together."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import aomc_sky
+from tests.skies.atmosphere.language.test_values import MOLECULES, OZONE, PEAKED, RAYLEIGH
 from tests.skies.atmosphere.reference_tables import column, grouped, needs_tables
-from tests.support.atmo_texts import reference_air
+from tests.support.atmospheres import OZONE_M2
 
 pytestmark = needs_tables
 AIR = grouped("spherical_radiance.csv", "case", "wavelength_nm", "albedo", "sza_deg")
+
+
+SECTION = """Scatterer "{name}":
+{{
+number density:
+```
+{density}
+```
+phase function:
+```
+{phase}
+```
+cross section at 1 um: {section}
+angstrom exponent: {angstrom}
+}}
+"""
+
+
+def reference_air(case, wavelength_nm, albedo):
+    """Case `rayleigh`, `mol_ozone` or `full` of the tables, at one wavelength, under a sun of 1 W m-2 nm-1."""
+    text = (
+        "version: 6\natmosphere height: 120 km\nEarth radius: 6371 km\nEarth-Sun distance: 1 AU\n"
+        f"scattering orders: 1000\nwavelengths: min={wavelength_nm}nm,max={wavelength_nm + 3}nm,count=4\n"
+        f"solar irradiance at TOA: 1, 1, 1, 1\nground albedo: {', '.join([repr(albedo)] * 4)}\n"
+    )
+    text += SECTION.format(name="air", density=MOLECULES, phase=RAYLEIGH, section="0.04022 fm^2", angstrom=4)
+    if case == "full":
+        density = "return 1.03333e8*exp(-altitude/(1.2*km));"
+        text += SECTION.format(name="aerosol", density=density, phase=PEAKED, section="0.042968 um^2", angstrom=0)
+    if case != "rayleigh":
+        section = ", ".join([repr(OZONE_M2[wavelength_nm])] * 4)
+        text += f'Absorber "ozone":\n{{\nnumber density:\n```\n{OZONE}\n```\ncross section: {section}\n}}\n'
+    return text
 
 
 @pytest.mark.parametrize(
@@ -20,7 +50,7 @@ AIR = grouped("spherical_radiance.csv", "case", "wavelength_nm", "albedo", "sza_
     [pytest.param(case, marks=() if k % 11 == 0 else pytest.mark.slow) for k, case in enumerate(AIR)],
     ids="-".join,
 )
-def test_spherical_air(air: tuple[str, str, str, str], tmp_path: Path) -> None:
+def test_spherical_air(air, tmp_path):
     (case, wavelength, albedo, sun), rows = air, AIR[air]
     zenith, azimuth = np.unique(column(rows, "vza_deg")), np.unique(column(rows, "phi_deg"))
     method = "auto" if float(sun) <= 80 else "order1"

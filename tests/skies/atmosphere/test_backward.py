@@ -1,7 +1,5 @@
 """Backward paths on our own data: flat layers, order 1, error bars, seeds and splits, eclipses, glowing ground."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -10,9 +8,8 @@ from scipy.integrate import quad
 from scipy.special import expn
 
 from aomc_sky.errors import ModelLimitWarning, UsageError
-from aomc_sky.skies.atmosphere.backward import PathsResult, PathTables, path_tables, paths_result, solve_paths
+from aomc_sky.skies.atmosphere.backward import path_tables, paths_result, solve_paths
 from aomc_sky.skies.atmosphere.lights import Moon
-from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.sky.path_orders import path_orders
 from aomc_sky.skies.atmosphere.sky.solve import later_orders, solve_sky
 from tests.support import atmospheres
@@ -25,12 +22,12 @@ SUN = np.radians(50.0)
 SUN_RADIUS = 696350.0 / 149597870.7
 
 
-def solved(medium, n_paths: int, **more) -> PathsResult:
+def solved(medium, n_paths, **more):
     given = {"sun_zenith_rad": SUN, "sky_zenith_rad": ZENITH, "azimuth_from_sun_rad": AZIMUTH, "n_orders": 60}
     return solve_paths(medium, **{**given, "n_paths": n_paths, "seed": 5, **more})
 
 
-def flat_orders(albedo: float) -> np.ndarray:
+def flat_orders(albedo):
     """Orders (n_order, n) of two flat layers by successive orders, the last row with all later ones."""
     phases = (lambda mu: atmospheres.rayleigh_phase(mu, 0), lambda mu: henyey_greenstein_phase(0.7)(mu, 0))
     scattering = np.array([[1.0, 0.1 / 0.45], [0.0, 0.27 / 0.45]])
@@ -40,7 +37,7 @@ def flat_orders(albedo: float) -> np.ndarray:
     return found[:, ring, np.arange(ring.size)]
 
 
-def pulls(albedo: float) -> np.ndarray:
+def pulls(albedo):
     """(n_paths - successive orders) in standard errors: order 2, order 3 and all orders."""
     layers = [Layer(tau_rayleigh=0.2), Layer(tau_rayleigh=0.1, tau_hg=0.3, g=0.7, omega_hg=0.9, tau_absorber=0.05)]
     found, exact = solved(atmospheres.plane_parallel(layers, albedo=0.3), 40_000), flat_orders(albedo)
@@ -48,17 +45,17 @@ def pulls(albedo: float) -> np.ndarray:
     return np.array([*orders, (found.radiance[0] - exact.sum(axis=0)) / found.standard_error[0]])
 
 
-def test_flat_layers() -> None:
+def test_flat_layers():
     off = pulls(0.3)
     assert np.abs(off).max() < 4.5
     assert np.mean(off**2) < 2.0
 
 
-def test_a_wrong_ground_is_seen() -> None:
+def test_a_wrong_ground_is_seen():
     assert np.abs(pulls(0.4)).max() > 8.0
 
 
-def drawn_angles(phase: atmospheres.Phase, xi: np.ndarray) -> np.ndarray:
+def drawn_angles(phase, xi):
     """Places of angles that the paths draw with these uniform numbers, and their weights."""
     from aomc_sky.kernels.jit import shared
     from aomc_sky.skies.atmosphere.kernels.shells import draw_angle, find_cell
@@ -72,7 +69,7 @@ def drawn_angles(phase: atmospheres.Phase, xi: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("g", [-0.5, 0.9, 0.999])
-def test_drawn_angles_follow_the_phase_function(g: float) -> None:
+def test_drawn_angles_follow_the_phase_function(g):
     """Weights have mean 1, and the first two moments are those of Henyey and Greenstein."""
     drawn = drawn_angles(henyey_greenstein_phase(g), (np.arange(4000) + 0.5) / 4000)
     mu = 1.0 - 2.0 * drawn[:, 0] ** 4
@@ -81,7 +78,7 @@ def test_drawn_angles_follow_the_phase_function(g: float) -> None:
     assert np.mean(mu**2 * drawn[:, 1]) == pytest.approx((1 + 2 * g * g) / 3, abs=4e-4)
 
 
-def test_error_bars_are_the_spread() -> None:
+def test_error_bars_are_the_spread():
     """Over 40 seeds; chi-square of 200 values within 4.5 of its own standard deviations."""
     medium = molecules_only(450.0, 0.2)
     tables = path_tables(medium)
@@ -92,7 +89,7 @@ def test_error_bars_are_the_spread() -> None:
     assert 1 - 4.5 * np.sqrt(2 / 195) * 1.5 < ratio < 1 + 4.5 * np.sqrt(2 / 195) * 1.5
 
 
-def test_threads_splits_and_neighbours_change_nothing() -> None:
+def test_threads_splits_and_neighbours_change_nothing():
     two, one = full([450.0, 550.0], 0.2), full(550.0, 0.2)
     whole, again = solved(two, 3000), solved(two, 3000, threads=3)
     np.testing.assert_array_equal(whole.radiance_by_order, again.radiance_by_order)
@@ -105,7 +102,7 @@ def test_threads_splits_and_neighbours_change_nothing() -> None:
     assert np.all(np.abs(solved(one, 3000, seed=6, **some).radiance / alone.radiance - 1.0) > 1e-4)
 
 
-def test_under_sampled_where_few_paths_make_the_variance() -> None:
+def test_under_sampled_where_few_paths_make_the_variance():
     """Weights of a normal law are trusted, a single path with a quarter of the variance is not."""
     light = np.abs(np.random.default_rng(1).normal(size=4000))
     for extra, is_flagged in ((0.0, False), (np.sqrt(0.3 * np.sum(light**2)), True)):
@@ -116,9 +113,7 @@ def test_under_sampled_where_few_paths_make_the_variance() -> None:
     assert paths_result(np.ones((1, 1)), np.zeros((1, 1, 2, 2)), np.zeros((1, 1, 3)), 4000).under_sampled.all()
 
 
-def against_many_paths(
-    medium: Medium, tables: PathTables, rng: np.random.Generator, sun_deg: float, n_directions: int, n_seeds: int
-) -> tuple[np.ndarray, np.ndarray]:
+def against_many_paths(medium, tables, rng, sun_deg, n_directions, n_seeds):
     """Deviations of 4096 paths from 32 times as many, in standard errors, and the flags: (n_seeds, 1, n_directions)."""
     asked = {
         "sun_zenith_rad": np.radians(sun_deg), "sky_zenith_rad": np.radians(rng.uniform(0, 89, n_directions)),
@@ -131,7 +126,7 @@ def against_many_paths(
 
 
 @pytest.mark.slow
-def test_what_is_not_flagged_can_be_trusted() -> None:
+def test_what_is_not_flagged_can_be_trusted():
     """Deviations from 32 times as many paths: 24 seeds, suns from 85 to 96 degrees; flagged ones are worse."""
     medium, rng = full(550.0), np.random.default_rng(3)
     tables, trusted, flagged = path_tables(medium), [], []
@@ -147,7 +142,7 @@ def test_what_is_not_flagged_can_be_trusted() -> None:
 
 
 @pytest.mark.slow
-def test_what_is_not_flagged_can_be_trusted_under_ozone_and_a_low_sun() -> None:
+def test_what_is_not_flagged_can_be_trusted_under_ozone_and_a_low_sun():
     """At 320 nm the sun lights the air through ever more ozone: from 83 to 88 degrees 0 to 56 % are flagged."""
     medium, rng = full(320.0, ozone_m2=3e-24), np.random.default_rng(6)
     tables, trusted, shares = path_tables(medium), [], []
@@ -161,7 +156,7 @@ def test_what_is_not_flagged_can_be_trusted_under_ozone_and_a_low_sun() -> None:
     assert shares[0] < 0.02 < shares[1] < shares[2] < 0.8
 
 
-def test_orders_add_up_and_end() -> None:
+def test_orders_add_up_and_end():
     medium = molecules_only(400.0, 0.5)
     tables = path_tables(medium)
     many, four = solved(medium, 3000, tables=tables), solved(medium, 3000, n_orders=4, tables=tables)
@@ -170,7 +165,7 @@ def test_orders_add_up_and_end() -> None:
     np.testing.assert_allclose(many.radiance_by_order.sum(axis=1), many.radiance)
 
 
-def test_a_far_moon_changes_nothing() -> None:
+def test_a_far_moon_changes_nothing():
     medium = dataclasses.replace(molecules_only(550.0, 0.1), sun_angular_radius_rad=SUN_RADIUS)
     away = Moon(zenith_rad=0.0, azimuth_from_sun_rad=0.0, distance_m=3.65e8)
     free, same = solved(medium, 2000), solved(medium, 2000, visible=away)
@@ -178,12 +173,12 @@ def test_a_far_moon_changes_nothing() -> None:
     np.testing.assert_allclose(free.radiance_by_order[:, 0], same.radiance_by_order[:, 0], rtol=2e-6)
 
 
-def test_a_moon_of_the_suns_size_darkens_everything() -> None:
+def test_a_moon_of_the_suns_size_darkens_everything():
     medium = dataclasses.replace(molecules_only(550.0, 0.1), sun_angular_radius_rad=SUN_RADIUS)
     assert not solved(medium, 2000, visible=Moon(zenith_rad=SUN, distance_m=3.65e8, radius_m=1e8)).radiance.any()
 
 
-def test_glow_of_the_ground_once_scattered() -> None:
+def test_glow_of_the_ground_once_scattered():
     """Isotropic flat layer: L = int exp(-t/mu)/mu E2(t)/2 dt over the optical height t."""
     tau = 0.5
     slab = atmospheres.uniform(tau, phase=atmospheres.isotropic_phase, earth_radius_m=1e12, top_m=100.0)
@@ -202,7 +197,7 @@ def test_glow_of_the_ground_once_scattered() -> None:
         {"sky_zenith_rad": np.full(5, 2.0)}, {"azimuth_from_sun_rad": np.zeros(4)},
     ],
 )  # fmt: skip
-def test_bad_numbers(bad: dict) -> None:
+def test_bad_numbers(bad):
     with pytest.raises(UsageError):
         solved(molecules_only(550.0), **{"n_paths": 100, **bad})
 
@@ -210,7 +205,7 @@ def test_bad_numbers(bad: dict) -> None:
 RINGS = np.radians([10.0, 40.0, 65.0])
 
 
-def test_modes_are_those_of_successive_orders() -> None:
+def test_modes_are_those_of_successive_orders():
     medium, sun = molecules_only(450.0, 0.2), np.radians(40.0)
     paths = path_orders(medium, sun, RINGS, 6, n_listed=6)
     exact = later_orders(medium, sun, RINGS, 6, n_listed=6)
@@ -221,7 +216,7 @@ def test_modes_are_those_of_successive_orders() -> None:
 
 
 @pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
-def test_as_many_paths_as_asked_for() -> None:
+def test_as_many_paths_as_asked_for():
     """No more of them where the error is large, and half the error for four times as many."""
     medium, sun = molecules_only(450.0, 0.2), np.radians(40.0)
     few, more = (path_orders(medium, sun, RINGS[:1], 4, n_listed=4, n_paths=n) for n in (64, 4096))
@@ -233,19 +228,19 @@ def test_as_many_paths_as_asked_for() -> None:
         solve_sky(medium, sun_zenith_rad=sun, method="mc", n_paths=7)
 
 
-def test_deep_twilight_is_told() -> None:
+def test_deep_twilight_is_told():
     with pytest.warns(ModelLimitWarning):
         path_orders(molecules_only(400.0), np.radians(97.0), RINGS[2:], 4, n_listed=4, n_paths=64)
 
 
-def test_roulette_leaves_paths_of_thin_air_alone() -> None:
+def test_roulette_leaves_paths_of_thin_air_alone():
     found = solved(molecules_only(2500.0, 1.0), 20_000, n_orders=10, ground_radiance=[1.0])
     share = found.standard_error[0] / found.radiance[0]
     assert share.max() < 1.5 / np.sqrt(20_000)
 
 
 @pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
-def test_directions_that_no_path_lit_have_an_error_of_all_their_light() -> None:
+def test_directions_that_no_path_lit_have_an_error_of_all_their_light():
     """It was 0 % where more than half of the directions had no light, below the warning of 95 % at a higher sun."""
     medium = molecules_only(450.0)
     errors = [path_orders(medium, np.radians(z), RINGS, 4, n_listed=4, n_paths=16).resolution_error for z in (92, 97)]
@@ -255,7 +250,7 @@ def test_directions_that_no_path_lit_have_an_error_of_all_their_light() -> None:
 
 
 @pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
-def test_the_orders_left_out_are_a_share_of_all_light() -> None:
+def test_the_orders_left_out_are_a_share_of_all_light():
     """Under the Moon's shadow order 2 is far above order 1: the share that was stated was 61."""
     sun = np.radians(40.0)
     medium = dataclasses.replace(molecules_only(450.0), sun_angular_radius_rad=4.65e-3)

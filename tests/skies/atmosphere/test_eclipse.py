@@ -1,7 +1,5 @@
 """The Moon before the sun, and a ground that glows: laws of their own, without a table."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -12,8 +10,7 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, visible_share
 from aomc_sky.skies.atmosphere.lights import Moon
-from aomc_sky.skies.atmosphere.medium import Medium
-from aomc_sky.skies.atmosphere.sky.method import Lights, chosen_lights
+from aomc_sky.skies.atmosphere.sky.method import chosen_lights
 from aomc_sky.skies.atmosphere.sky.path_orders import glow_orders
 from aomc_sky.skies.atmosphere.sky.solve import solve_sky
 from aomc_sky.skies.atmosphere.sky.solved import SkyField, fit_field, patch_means
@@ -27,21 +24,21 @@ AZIMUTH = np.radians([0.0, 30.0, -120.0, 170.0])
 
 
 @pytest.fixture(scope="module")
-def medium() -> Medium:
+def medium():
     return dataclasses.replace(molecules_only(550.0, 0.1), sun_angular_radius_rad=SUN_RADIUS, n_orders=3)
 
 
-def moon(zenith_deg: float, azimuth_deg: float = 0.0) -> Moon:
+def moon(zenith_deg, azimuth_deg=0.0):
     where = {"zenith_rad": SUN + math.radians(zenith_deg), "azimuth_from_sun_rad": math.radians(azimuth_deg)}
     return Moon(distance_m=3.65e8, **where)
 
 
-def lights(medium: Medium, sun_deg: float = 45.0, **given: object) -> Lights:
+def lights(medium, sun_deg=45.0, **given):
     asked = {"method": "auto", "n_orders": None, "moon": None, "ground_radiance": None} | given
-    return chosen_lights(medium, math.radians(sun_deg), **asked)  # type: ignore[arg-type]
+    return chosen_lights(medium, math.radians(sun_deg), **asked)
 
 
-def test_a_moon_far_from_the_sun_changes_no_bit(medium: Medium) -> None:
+def test_a_moon_far_from_the_sun_changes_no_bit(medium):
     with_moon = solve_sky(medium, sun_zenith_rad=SUN, moon=moon(10.0, 10.0))
     without = solve_sky(medium, sun_zenith_rad=SUN)
     assert (with_moon.method, with_moon.moon, with_moon.visible_share) == ("sos", None, 1.0)
@@ -49,7 +46,7 @@ def test_a_moon_far_from_the_sun_changes_no_bit(medium: Medium) -> None:
     np.testing.assert_array_equal(with_moon.direct_irradiance, without.direct_irradiance)
 
 
-def test_reach_of_a_moon_is_never_short(medium: Medium) -> None:
+def test_reach_of_a_moon_is_never_short(medium):
     """Where it says that nothing is hidden, no place of air or ground sees a part of the sun hidden."""
     across = 2.0 * (medium.earth_radius_m + medium.top_m)
     degrees = np.arange(0.0, 6.0, 0.25)
@@ -67,7 +64,7 @@ def test_reach_of_a_moon_is_never_short(medium: Medium) -> None:
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.05, 0.2, 0.4, 0.6])
-def test_visible_share_is_that_of_the_disc(medium: Medium, offset: float) -> None:
+def test_visible_share_is_that_of_the_disc(medium, offset):
     radius = (np.arange(1000) + 0.5) / 1000
     turn = (np.arange(720) + 0.5) * np.pi / 360
     x, y = (np.sqrt(radius)[:, None] * part(turn) * SUN_RADIUS for part in (np.cos, np.sin))
@@ -75,7 +72,7 @@ def test_visible_share_is_that_of_the_disc(medium: Medium, offset: float) -> Non
     assert visible_share(medium, SUN, moon(offset)) == pytest.approx(seen.mean(), abs=1e-3)
 
 
-def test_left_and_right_change_places_with_the_moon(medium: Medium) -> None:
+def test_left_and_right_change_places_with_the_moon(medium):
     left = eclipsed_once(medium, SUN, ZENITH, AZIMUTH, moon(0.1, 0.2))
     np.testing.assert_allclose(left, eclipsed_once(medium, SUN, ZENITH, -AZIMUTH, moon(0.1, -0.2)), rtol=1e-9)
     same_side = eclipsed_once(medium, SUN, ZENITH, -AZIMUTH, moon(0.1, 0.2))
@@ -84,8 +81,8 @@ def test_left_and_right_change_places_with_the_moon(medium: Medium) -> None:
     assert not moon(0.1, 0.0).breaks_symmetry
 
 
-def test_field_without_symmetry_takes_sines_too() -> None:
-    def law(zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+def test_field_without_symmetry_takes_sines_too():
+    def law(zenith, azimuth):
         u = np.sqrt(1.0 - zenith / (np.pi / 2))
         return (1.0 + u * u) * (2.0 + np.cos(azimuth) - 0.5 * np.sin(2.0 * azimuth))
 
@@ -94,7 +91,7 @@ def test_field_without_symmetry_takes_sines_too() -> None:
     assert np.abs(fit_field(law, n_zenith=5, n_azimuth=7).at(ZENITH, AZIMUTH) - law(ZENITH, AZIMUTH)).max() > 0.1
 
 
-def test_patches_of_a_sky_without_symmetry_are_all_their_own(medium: Medium) -> None:
+def test_patches_of_a_sky_without_symmetry_are_all_their_own(medium):
     """Means of sin(azimuth) over columns around the sun are odd; mirrored columns would be alike."""
     sky = solve_sky(medium, sun_zenith_rad=SUN, n_orders=1)
     coefficient = np.zeros((1, 1, 1, 3))
@@ -105,7 +102,7 @@ def test_patches_of_a_sky_without_symmetry_are_all_their_own(medium: Medium) -> 
     np.testing.assert_allclose(mean, np.tile(2.0 + 2.0 / np.pi * np.array([1, 1, -1, -1]), (3, 1)), rtol=1e-12)
 
 
-def test_glow_is_linear_in_the_radiance_of_the_ground(medium: Medium) -> None:
+def test_glow_is_linear_in_the_radiance_of_the_ground(medium):
     zenith = np.radians([10.0, 70.0])
     one, two = (glow_orders(medium, np.array([r]), zenith, 5, n_listed=3, n_paths=64) for r in (1.0, 2.0))
     np.testing.assert_array_equal(two[0], 2.0 * one[0])
@@ -113,7 +110,7 @@ def test_glow_is_linear_in_the_radiance_of_the_ground(medium: Medium) -> None:
     assert one[0].shape == (1, 3, 2)
 
 
-def test_glow_is_added_to_the_sky_of_the_sun(medium: Medium) -> None:
+def test_glow_is_added_to_the_sky_of_the_sun(medium):
     sky = solve_sky(medium, sun_zenith_rad=SUN)
     coefficient = np.zeros((1, 3, 1, 1))
     coefficient[0, :, 0, 0] = 1.0, 0.5, 0.25
@@ -123,12 +120,12 @@ def test_glow_is_added_to_the_sky_of_the_sun(medium: Medium) -> None:
     np.testing.assert_allclose(lit.at(ZENITH, AZIMUTH) - sky.at(ZENITH, AZIMUTH), 1.75, rtol=1e-12)
 
 
-def test_a_moon_inside_the_earth_is_refused() -> None:
+def test_a_moon_inside_the_earth_is_refused():
     with pytest.raises(SceneError):
         Moon(zenith_rad=0.0, distance_m=1e6)
 
 
-def test_what_shines_and_how_it_is_solved(medium: Medium) -> None:
+def test_what_shines_and_how_it_is_solved(medium):
     glow = np.ones(1)
     assert lights(medium, moon=moon(0.1)).method == "mc"
     assert lights(medium, moon=moon(0.1), n_orders=1).method == "order1"

@@ -1,9 +1,6 @@
 """`AtmosphereSky.from_file`: a sky of a description, with its warnings and errors."""
 
-from __future__ import annotations
-
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +14,7 @@ MARINE = INPUTS / "atmosphere" / "clear_marine.atmo"
 FEW = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 20.0, "n_orders": 1, "grid": sky.PatchGrid.regular(6, 8)}
 
 
-def test_it_is_the_sky_of_the_medium() -> None:
+def test_it_is_the_sky_of_the_medium():
     found = sky.AtmosphereSky.from_file(str(MARINE), wavelength_nm=[440.0, 560.0], **FEW)
     medium, _ = read_medium(sky.read_atmo(MARINE), [440.0, 560.0])
     expected = sky.AtmosphereSky(medium=medium, **FEW)
@@ -28,7 +25,7 @@ def test_it_is_the_sky_of_the_medium() -> None:
 
 
 @pytest.mark.parametrize("name", ["molecules_only", "clear_marine", "continental", "hazy"])
-def test_the_shipped_descriptions_reach_from_380_to_900_nm(name: str) -> None:
+def test_the_shipped_descriptions_reach_from_380_to_900_nm(name):
     found = sky.solve_atmosphere(
         INPUTS / "atmosphere" / f"{name}.atmo",
         wavelength_nm=[380.0, 412.0, 443.0, 670.0, 765.0, 865.0, 900.0],
@@ -44,7 +41,7 @@ def test_the_shipped_descriptions_reach_from_380_to_900_nm(name: str) -> None:
     assert np.all(found.direct_irradiance > 0.1)
 
 
-def test_tables_elsewhere_want_a_word(tmp_path: Path) -> None:
+def test_tables_elsewhere_want_a_word(tmp_path):
     """The description names spectra/..., here by an absolute path of another folder."""
     shutil.copytree(MARINE.parent / "spectra", tmp_path / "tables")
     (tmp_path / "own").mkdir()

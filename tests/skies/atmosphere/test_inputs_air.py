@@ -1,9 +1,5 @@
 """The molecules of the shipped descriptions scatter like air: Bodhaine et al. (1999), cross section and depth."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -23,19 +19,19 @@ COLUMN = 0.002
 """Columns: p / (m g) with g = 9.807 and a molar mass of 28.96 here, g averaged over the column at 45 degrees there."""
 
 
-def largest_error(cross_section_1um_m2: float, exponent: float) -> float:
+def largest_error(cross_section_1um_m2, exponent):
     ours = cross_section_1um_m2 * WAVELENGTH_UM**-exponent
     return float(np.abs(ours / cross_section_m2(WAVELENGTH_UM) - 1.0).max())
 
 
-def test_the_oracle_is_the_paper() -> None:
+def test_the_oracle_is_the_paper():
     # the fit of the paper, printed with 8 digits, is said to be good to 0.01 % from 250 to 850 nm
     wavelength = np.linspace(0.25, 0.85, 601)
     np.testing.assert_allclose(cross_section_m2(wavelength), fitted_cross_section_m2(wavelength), rtol=1.2e-4)
 
 
 @pytest.mark.parametrize("path", AIR, ids=lambda path: f"{path.parent.name}-{path.stem}")
-def test_molecules_have_the_cross_section_of_air(path: Path) -> None:
+def test_molecules_have_the_cross_section_of_air(path):
     (air,) = (one for one in read_atmo(path).scatterers if one.name == "air")
     assert largest_error(air.cross_section_1um_m2, air.angstrom_exponent) < CLOSE
     low, high = air.cross_section_1um_m2 * ENDS_UM**-air.angstrom_exponent / cross_section_m2(ENDS_UM) - 1.0
@@ -43,7 +39,7 @@ def test_molecules_have_the_cross_section_of_air(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", AIR, ids=lambda path: f"{path.parent.name}-{path.stem}")
-def test_molecules_have_the_optical_depth_of_air(path: Path) -> None:
+def test_molecules_have_the_optical_depth_of_air(path):
     medium, report = read_medium(read_atmo(path))
     wavelength = medium.wavelength_nm / 1000.0
     inside = (wavelength > 0.399) & (wavelength < 0.701)
@@ -54,5 +50,5 @@ def test_molecules_have_the_optical_depth_of_air(path: Path) -> None:
 
 
 @pytest.mark.parametrize(("section", "exponent"), [(0.04017e-30, 4.0), (0.04022e-30, 4.0), (0.03914e-30, 4.08)])
-def test_other_powers_are_seen(section: float, exponent: float) -> None:
+def test_other_powers_are_seen(section, exponent):
     assert largest_error(section, exponent) > CLOSE

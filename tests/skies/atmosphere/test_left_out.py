@@ -1,7 +1,5 @@
 """What docs/accuracy.md says the sky is right to, and what it leaves out."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -10,9 +8,8 @@ from scipy.interpolate import CubicSpline
 
 from aomc_sky.skies.atmosphere.description.medium import read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
-from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, solve_orders
-from tests.reference.refraction import SCALE_M, Beam, beam
+from tests.reference.refraction import SCALE_M, beam
 from tests.skies.atmosphere.reference_tables import MEDIA, column, needs_tables
 from tests.skies.atmosphere.test_successive_orders_tables import AZIMUTHS, SPHERICAL, cases, of, rayleigh_sky
 from tests.support.plane_layers import by_order, later_orders
@@ -24,7 +21,7 @@ TURN = np.array([0.5, 1.0, 1.0, 1.0, 1.0, 1.0, 0.5]) / 6
 
 
 @needs_tables
-def test_the_sky_of_the_scalar_equations() -> None:
+def test_the_sky_of_the_scalar_equations():
     """The table's own order 1 and our later orders: 0.2 % rms, 0.9 % at most for suns of 10 degrees and more, with the
     table's own noise of 0.15 % in both; 2 % at most and 0.6 % in the mean for suns of 5 degrees.
     """
@@ -52,7 +49,7 @@ def test_the_sky_of_the_scalar_equations() -> None:
     assert 100 * np.sqrt(np.mean(np.concatenate(noise) ** 2)) == pytest.approx(0.15, abs=0.01)
 
 
-def scalar_over_vector(tau: str, albedo: str, mu0: str) -> tuple[np.ndarray, float]:
+def scalar_over_vector(tau, albedo, mu0):
     """Our scalar radiance over the polarised one less 1, (n_mu, 7), and the same of the diffuse irradiance."""
     table = of(VECTOR, tau=tau, albedo=albedo, mu0=mu0)
     mu = column(table, "mu")
@@ -70,7 +67,7 @@ def scalar_over_vector(tau: str, albedo: str, mu0: str) -> tuple[np.ndarray, flo
     ("tau", "lowest", "highest", "flux"),
     [("0.05", -2.3, 2.8, 0.01), ("0.25", -7.0, 7.9, 0.02), ("0.5", -13.0, 10.8, 0.10), ("1", -17.2, 11.5, 0.34)],
 )
-def test_polarisation(tau: str, lowest: float, highest: float, flux: float) -> None:
+def test_polarisation(tau, lowest, highest, flux):
     """Against Natraj, Li and Yung (2009): molecules, suns at 37 and 78 degrees, ground black and of albedo 0.25."""
     keys = [key for key in cases(VECTOR, "tau", "albedo", "mu0") if key[0] == tau]
     assert len(keys) == 4
@@ -82,7 +79,7 @@ def test_polarisation(tau: str, lowest: float, highest: float, flux: float) -> N
 
 @needs_tables
 @pytest.mark.parametrize(("mu0", "lowest", "highest", "rms"), [("0.8", -6.9, 9.1, 4.5), ("0.2", -10.2, 9.6, 6.7)])
-def test_polarisation_at_400_nm(mu0: str, lowest: float, highest: float, rms: float) -> None:
+def test_polarisation_at_400_nm(mu0, lowest, highest, rms):
     """At the optical depth of air there, 0.36, by the cubic of its logarithm through the four that are published."""
     depths = ("0.05", "0.25", "0.5", "1")
     radiance = np.stack([scalar_over_vector(tau, "0.0", mu0)[0].ravel() for tau in depths])
@@ -93,13 +90,13 @@ def test_polarisation_at_400_nm(mu0: str, lowest: float, highest: float, rms: fl
     assert np.sqrt(np.mean(found**2)) == pytest.approx(rms, abs=0.06)
 
 
-def refracted(name: str, wavelength_nm: float, true_deg: float) -> Beam:
+def refracted(name, wavelength_nm, true_deg):
     """The beam through the extinction of a shipped description."""
     medium, _ = read_medium(read_atmo(INPUTS / "atmosphere" / f"{name}.atmo"), np.array([wavelength_nm]))
     return beam(true_deg, lambda height: extinction(medium, height), kinks_m=(800.0,))
 
 
-def extinction(medium: Medium, height_m: float) -> float:
+def extinction(medium, height_m):
     at, parts = np.array([height_m]), medium.constituents
     return float(sum(part.number_density(at)[0] * (part.scattering_m2[0] + part.absorption_m2[0]) for part in parts))
 
@@ -108,7 +105,7 @@ def extinction(medium: Medium, height_m: float) -> float:
     ("true_deg", "sines", "molecules_400", "marine_560"),
     [(10.0, 0.85, 0.86, 0.62), (5.0, 3.14, 5.43, 4.27), (2.0, 14.06, 36.8, 37.9)],
 )
-def test_refraction(true_deg: float, sines: float, molecules_400: float, marine_560: float) -> None:
+def test_refraction(true_deg, sines, molecules_400, marine_560):
     """Percent that a horizontal plane gets more of the beam, by bent rays through the air of our own descriptions."""
     clear, marine = (refracted(name, nm, true_deg) for name, nm in (("molecules_only", 400.0), ("clear_marine", 560.0)))
     assert 100 * (clear.sine_ratio - 1.0) == pytest.approx(sines, rel=0.01)
@@ -116,7 +113,7 @@ def test_refraction(true_deg: float, sines: float, molecules_400: float, marine_
     assert 100 * (marine.horizontal_ratio - 1.0) == pytest.approx(marine_560, rel=0.01)
 
 
-def test_rays_through_shells_without_extinction_keep_their_light() -> None:
+def test_rays_through_shells_without_extinction_keep_their_light():
     """Over a nearly flat earth refraction moves no light: 0.06 % at 10 degrees, though the sine rises by 0.9 %."""
     high, low = (beam(altitude, lambda height: float(np.exp(-height / SCALE_M))) for altitude in (30.0, 10.0))
     assert high.concentration == pytest.approx(1.0, abs=3e-5)
@@ -124,7 +121,7 @@ def test_rays_through_shells_without_extinction_keep_their_light() -> None:
     assert low.sine_ratio == pytest.approx(1.0085, abs=2e-4)
 
 
-def gas_depths(zenith_deg: float) -> tuple[np.ndarray, np.ndarray]:
+def gas_depths(zenith_deg):
     """Wavelengths [nm] of SPCTRL2, and optical depths of 1.416 cm of water and of oxygen together, along the ray."""
     pvlib = pytest.importorskip("pvlib")
     air_mass = pvlib.atmosphere.get_relative_airmass(zenith_deg, "kastenyoung1989")
@@ -158,7 +155,7 @@ def gas_depths(zenith_deg: float) -> tuple[np.ndarray, np.ndarray]:
         (905.0, 0.236, 0.456),
     ],
 )
-def test_water_vapour_and_oxygen(wavelength_nm: float, high_sun: float, low_sun: float) -> None:
+def test_water_vapour_and_oxygen(wavelength_nm, high_sun, low_sun):
     """Suns at 30 and 75 degrees. Percents of docs/accuracy.md are exp(t) - 1 and 1 - exp(-t) of these depths t."""
     (nm, high), (_, low) = gas_depths(30.0), gas_depths(75.0)
     at = np.searchsorted(nm, wavelength_nm)

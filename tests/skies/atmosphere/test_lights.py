@@ -1,7 +1,5 @@
 """The direct beam: the formula, sunrise, the reference table."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +13,7 @@ from tests.support.atmospheres import exponential, full
 RADIUS_RAD = np.radians(0.2666)
 
 
-def test_the_formula() -> None:
+def test_the_formula():
     medium = replace(full([450.0, 550.0]), toa_irradiance=np.array([2.0, 3.0]), sun_angular_radius_rad=RADIUS_RAD)
     for sun_deg in (0.0, 60.0, 89.0, 89.99):
         sun = np.radians(sun_deg)
@@ -25,7 +23,7 @@ def test_the_formula() -> None:
         np.testing.assert_allclose(beam.irradiance, expected, rtol=1e-15)
 
 
-def test_sunrise_of_a_point() -> None:
+def test_sunrise_of_a_point():
     found = ground_beam(exponential(0.1), np.radians([89.0, 89.999, 90.0, 90.001, 91.0, 180.0])).irradiance[0]
     assert np.all(np.diff(found[:3]) < 0)
     assert found[2:].tolist() == [0.0] * 4
@@ -34,7 +32,7 @@ def test_sunrise_of_a_point() -> None:
 
 
 @needs_tables
-def test_reference_direct_irradiance() -> None:
+def test_reference_direct_irradiance():
     table = rows("spherical_flux.csv")
     for row in table:
         medium = MEDIA[row["case"]](float(row["wavelength_nm"]))

@@ -1,9 +1,6 @@
 """The air: densities and phase functions from code blocks, jumps and bends, cross sections of molecules."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable
 
 import mpmath
 import numpy as np
@@ -21,11 +18,11 @@ from tests.support.blocks import GIVEN, density_block, phase_block
 TOP_M = 120e3
 
 
-def density(text: str, top_m: float = TOP_M) -> NumberDensity:
+def density(text, top_m=TOP_M):
     return NumberDensity(block=density_block(text), given=GIVEN, top_m=top_m)
 
 
-def test_the_ozone_of_the_reference_has_its_kinks_and_values() -> None:
+def test_the_ozone_of_the_reference_has_its_kinks_and_values():
     ozone = density(OZONE)
     assert ozone.kinks().tolist() == OZONE_KINKS_M.tolist()
     altitude = np.concatenate([np.linspace(0, TOP_M, 1001), OZONE_KINKS_M, np.nextafter(OZONE_KINKS_M, 0)])
@@ -59,18 +56,18 @@ def test_the_ozone_of_the_reference_has_its_kinks_and_values() -> None:
         ("return altitude < 120*km ? 1. : 2.;", []),
     ],
 )
-def test_kinks(text: str, kinks: list[float]) -> None:
+def test_kinks(text, kinks):
     found = density(text).kinks()
     assert found.size == len(kinks)
     np.testing.assert_allclose(found, kinks, rtol=0, atol=1e-6)
 
 
-def layer(width_m: float) -> str:
+def layer(width_m):
     return f"return 1e-9*exp(-altitude/8e3) + exp(-0.5*sqr((altitude - 83.217*km)/{width_m!r}));"
 
 
 @pytest.mark.parametrize("width_m", [8.0, 30.0, 200.0])
-def test_no_quadrature_steps_over_a_thin_smooth_layer(width_m: float) -> None:
+def test_no_quadrature_steps_over_a_thin_smooth_layer(width_m):
     low, peak, high = density(layer(width_m)).kinks()
     half = math.sqrt(2 * math.log(2)) * width_m
     spacing = TOP_M / 16384
@@ -81,14 +78,14 @@ def test_no_quadrature_steps_over_a_thin_smooth_layer(width_m: float) -> None:
     assert beside_the_gas == pytest.approx(math.sqrt(2 * math.pi) * width_m, rel=1e-10)
 
 
-def column(text: str, top_m: float = TOP_M) -> float:
+def column(text, top_m=TOP_M):
     one = density(text, top_m)
     alone = {"scattering_m2": np.zeros(1), "absorption_m2": np.ones(1)}
     gas = Constituent(name="gas", number_density=one, kink_altitude_m=one.kinks(), **alone)
     return float(vertical_optical_depth(atmospheres.medium_of([gas], 550.0, top_m=top_m))[0, 0])
 
 
-def test_columns_are_those_of_the_integral() -> None:
+def test_columns_are_those_of_the_integral():
     assert column("return exp(-altitude/8000.);") == pytest.approx(-8000 * math.expm1(-15), rel=1e-12)
     assert column("return exp(-altitude);") == pytest.approx(1.0, rel=1e-12)
     assert column("return exp(-altitude/5.);", 1e6) == pytest.approx(5.0, rel=1e-11)
@@ -99,7 +96,7 @@ def test_columns_are_those_of_the_integral() -> None:
     assert column(OZONE) == pytest.approx(370 * 2.687e20 * ozone_integral(), rel=1e-12)
 
 
-def ozone_integral() -> float:
+def ozone_integral():
     """Of the four pieces, in closed form: kilometres of their formulas to metres."""
     lines = [
         (0.0, 8.0, 7.2402403521159135e-6, -1.206527437798165e-7),
@@ -122,7 +119,7 @@ def ozone_integral() -> float:
         ("return float(int(altitude)/50000);", "more than 1000 jumps or bends"),
     ],
 )
-def test_a_density_that_is_none_is_refused_with_its_altitude(text: str, message: str) -> None:
+def test_a_density_that_is_none_is_refused_with_its_altitude(text, message):
     with pytest.raises(InputFileError) as caught:
         density(text).kinks()
     problem = caught.value.problems[0]
@@ -130,14 +127,14 @@ def test_a_density_that_is_none_is_refused_with_its_altitude(text: str, message:
     assert (problem.code, problem.line) == ("E403", 10)
 
 
-def test_an_altitude_between_the_samples_is_checked_when_it_is_asked_for() -> None:
+def test_an_altitude_between_the_samples_is_checked_when_it_is_asked_for():
     # no branch leads to this hole of a nanometre
     hidden = density("return altitude*altitude - 1.0e4*altitude + 2.5e7 - 1e-4 > 0. ? 1. : 1. - 1./0.;")
     with pytest.raises(InputFileError, match="altitude 5000 m"):
         hidden(np.array([4000.0, 5000.0]))
 
 
-def test_rounding_beyond_the_top_is_taken_for_it() -> None:
+def test_rounding_beyond_the_top_is_taken_for_it():
     root = density("return sqrt(altitude) + sqrt(120*km - altitude);")
     ends = root(np.array([-1e-9, 0.0, TOP_M, TOP_M + 1e-9]))
     assert ends.tolist() == [math.sqrt(TOP_M)] * 4
@@ -146,19 +143,19 @@ def test_rounding_beyond_the_top_is_taken_for_it() -> None:
 ROWS = ((0, 0), (0, 3))
 
 
-def hg(g: float) -> str:
+def hg(g):
     return f"const float g = {g!r}; return vec4((1-g*g)/(4*PI*pow(1+g*g-2*g*dotViewSun, 1.5)));"
 
 
-def norm_of(text: str) -> np.ndarray:
+def norm_of(text):
     return sphere_integral(phase_block(text), GIVEN)[0]
 
 
-def read(text: str):
+def read(text):
     return read_phase_block(phase_block(text), [GIVEN], ROWS)
 
 
-def test_the_aerosol_of_the_reference_has_its_integral() -> None:
+def test_the_aerosol_of_the_reference_has_its_integral():
     with mpmath.workdps(30):
         g = mpmath.mpf("0.76")
         k = 3 / (8 * mpmath.pi) * (1 - g * g) / (2 + g * g)
@@ -171,38 +168,38 @@ def test_the_aerosol_of_the_reference_has_its_integral() -> None:
 
 
 @pytest.mark.parametrize("text", [RAYLEIGH, CORNETTE, COLOURED])
-def test_laws_of_integral_one(text: str) -> None:
+def test_laws_of_integral_one(text):
     np.testing.assert_allclose(norm_of(text), 1.0, rtol=1e-13)
 
 
 @pytest.mark.parametrize(
     ("g", "error"), [(0.0, 1e-14), (0.9, 1e-13), (0.99, 1e-12), (0.999, 1e-9), (0.9999, 1e-7), (-0.9, 1e-13)]
 )
-def test_sharp_peaks_are_resolved(g: float, error: float) -> None:
+def test_sharp_peaks_are_resolved(g, error):
     # the error is that of mu itself, 1e-16 over the width of the peak
     np.testing.assert_allclose(norm_of(hg(g)), 1.0, rtol=error)
 
 
-def test_jumps_and_bends_do_not_spoil_the_integral() -> None:
+def test_jumps_and_bends_do_not_spoil_the_integral():
     text = "return vec4(dotViewSun > 0.3 ? 1. : 0., abs(dotViewSun - 0.1), dotViewSun < -0.999 ? 1. : 0., 1.);"
     wanted = 2 * np.pi * np.array([0.7, (1.1**2 + 0.9**2) / 2, 0.001, 2.0])
     np.testing.assert_allclose(norm_of(text), wanted, rtol=1e-12)
 
 
-def test_each_wavelength_has_its_own_norm() -> None:
+def test_each_wavelength_has_its_own_norm():
     phase = read("return wavelengths/700*vec4(1 + dotViewSun)/(4*PI);")
     np.testing.assert_allclose(phase.norm, [4 / 7, 1.0], rtol=1e-13)
     mu = np.linspace(-1, 1, 5)
     np.testing.assert_allclose(phase(mu, 0), (1 + mu) / (4 * np.pi), rtol=1e-13)
 
 
-def test_values_are_those_of_the_block_over_its_norm() -> None:
+def test_values_are_those_of_the_block_over_its_norm():
     mu = np.cos(np.linspace(0, np.pi, 91))
     np.testing.assert_allclose(read(RAYLEIGH)(mu, 1), atmospheres.rayleigh_phase(mu, 0), rtol=1e-14)
     np.testing.assert_allclose(read(PEAKED)(mu, 1), atmospheres.sample_aerosol_phase(mu, 0) / PEAK_NORM, rtol=1e-8)
 
 
-def test_rounding_beyond_straight_on_is_taken_for_it() -> None:
+def test_rounding_beyond_straight_on_is_taken_for_it():
     phase = read("return vec4(2 + sqrt(1 - sqr(dotViewSun)));")
     assert phase(np.array([1.0 + 4e-16, -1.0 - 4e-16]), 0).tolist() == phase(np.array([1.0, -1.0]), 0).tolist()
     assert phase(np.zeros((2, 3)), 0).shape == (2, 3)
@@ -220,13 +217,13 @@ def test_rounding_beyond_straight_on_is_taken_for_it() -> None:
         ("return vec4(1 + sin(dotViewSun*1e9));", "does not converge"),
     ],
 )
-def test_a_phase_function_that_is_none_is_refused(text: str, message: str) -> None:
+def test_a_phase_function_that_is_none_is_refused(text, message):
     with pytest.raises(InputFileError) as caught:
         read(text)
     assert message in str(caught.value)
 
 
-def test_a_fixed_rule_of_few_nodes_would_not_do() -> None:
+def test_a_fixed_rule_of_few_nodes_would_not_do():
     # the planted defect: 64 Gauss nodes in mu miss a hundredth of the reference aerosol
     mu, weight = np.polynomial.legendre.leggauss(64)
     assert abs(2 * np.pi * phase_block(PEAKED)(mu, GIVEN)[0] @ weight - PEAK_NORM) > 5e-3
@@ -235,18 +232,18 @@ def test_a_fixed_rule_of_few_nodes_would_not_do() -> None:
 SAMPLES = np.linspace(0.0, 1e5, 1025)
 
 
-def pieces(*edges: float) -> Callable[[np.ndarray], np.ndarray]:
+def pieces(*edges):
     """A trace of pieces that begin at the edges."""
     return lambda x: np.searchsorted(np.array(edges), x, side="right").astype(np.uint64)
 
 
-def test_a_piece_far_thinner_than_the_samples_is_followed_to_both_ends() -> None:
+def test_a_piece_far_thinner_than_the_samples_is_followed_to_both_ends():
     assert find_kinks(pieces(50_000.1, 50_000.2), SAMPLES).tolist() == [50_000.1, 50_000.2]
     many = np.sort(50_001.0 + np.random.default_rng(5).random(40))
     assert find_kinks(pieces(*many), SAMPLES).tolist() == many.tolist()
 
 
-def exact(n: float, temperature: float, pressure: float, wavelength_nm: float, king: float) -> mpmath.mpf:
+def exact(n, temperature, pressure, wavelength_nm, king):
     with mpmath.workdps(50):
         n, t, p, w, f = (mpmath.mpf(x) for x in (n, temperature, pressure, wavelength_nm, king))
         h = (n * n - 1) ** 2 / (w * mpmath.mpf(10) ** -9) ** 4 * (mpmath.mpf("1.380649e-23") * t / p) ** 2
@@ -263,13 +260,13 @@ def exact(n: float, temperature: float, pressure: float, wavelength_nm: float, k
         (2.0, 300.0, 1e9, 1e5, 2.0),
     ],
 )
-def test_it_is_the_formula_to_the_last_digits(case: tuple[float, ...]) -> None:
+def test_it_is_the_formula_to_the_last_digits(case):
     found = rayleigh_cross_section(*case[:3], wavelength_nm=case[3], king_factor=case[4])
     wanted = exact(*case)
     assert abs(found - wanted) <= 2e-15 * wanted
 
 
-def test_arguments_broadcast_and_the_king_factor_multiplies() -> None:
+def test_arguments_broadcast_and_the_king_factor_multiplies():
     wavelength = np.array([400.0, 500.0, 1000.0])
     found = rayleigh_cross_section(1.000274, 288.15, 101325.0, wavelength_nm=wavelength, king_factor=[[1.0], [1.05]])
     assert found.shape == (2, 3)
@@ -281,6 +278,6 @@ def test_arguments_broadcast_and_the_king_factor_multiplies() -> None:
     ("arguments", "king"),
     [((0.9, 288, 1e5), 1), ((1.0003, 0, 1e5), 1), ((1.0003, 288, -1), 1), ((np.nan, 288, 1e5), 1), ((1.1, 1, 1), 0.5)],
 )
-def test_numbers_outside_their_ranges_are_refused(arguments: tuple[float, ...], king: float) -> None:
+def test_numbers_outside_their_ranges_are_refused(arguments, king):
     with pytest.raises(UsageError, match="must lie between"):
         rayleigh_cross_section(*arguments, king_factor=king)

@@ -1,8 +1,5 @@
 """Light scattered once: closed forms of flat layers, slow vectors, convergence, the corners of the sky, twilight."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 
 import mpmath
@@ -11,7 +8,7 @@ import pytest
 
 from aomc_sky.skies.atmosphere import order_one
 from aomc_sky.skies.atmosphere.eclipse import solve_order_one
-from aomc_sky.skies.atmosphere.medium import Medium, scatterers
+from aomc_sky.skies.atmosphere.medium import scatterers
 from aomc_sky.skies.atmosphere.optical_depth import density_profile
 from aomc_sky.skies.atmosphere.order_one import ray_panels, scattered_once, scattering_cosine
 from aomc_sky.skies.atmosphere.sky.solved import ExactOrderOne
@@ -24,10 +21,10 @@ CUTS_M = (500.0, 1e3, 2e3, 4e3, 8e3, 15e3, 21.5e3, 30e3, 39e3, 60e3, 90e3)
 HALF_PI = np.pi / 2
 
 
-def one_layer(tau: float, mu0: float, mu: np.ndarray) -> np.ndarray:
+def one_layer(tau, mu0, mu):
     """Order 1 below a flat isotropic layer over its phase function: mu0/(mu0 - mu) (e^(-tau/mu0) - e^(-tau/mu))."""
 
-    def exact(x: float) -> mpmath.mpf:
+    def exact(x):
         sun, eye = 1 / mpmath.mpf(mu0), 1 / mpmath.mpf(x)
         if sun == eye:
             return tau * eye * mpmath.exp(-tau * eye)
@@ -39,7 +36,7 @@ def one_layer(tau: float, mu0: float, mu: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("tau", [1e-6, 0.05, 1.0, 10.0, 100.0])
 @pytest.mark.parametrize("sun_deg", [0.0, 60.0, 85.0, 88.0])
-def test_flat_layer(tau: float, sun_deg: float) -> None:
+def test_flat_layer(tau, sun_deg):
     medium = atmospheres.plane_parallel([Layer(tau_rayleigh=tau)])
     sun = np.radians(sun_deg)
     zenith = np.radians([0.0, 0.01, 30.0, 60.0, 85.0, 88.0])
@@ -51,7 +48,7 @@ def test_flat_layer(tau: float, sun_deg: float) -> None:
     np.testing.assert_allclose(found[seen], expected[seen], rtol=1e-6)
 
 
-def test_two_flat_layers_of_different_air() -> None:
+def test_two_flat_layers_of_different_air():
     upper, lower = Layer(tau_rayleigh=0.3, tau_absorber=0.8), Layer(tau_hg=0.5, g=0.85, omega_hg=0.9)
     sun, zenith, azimuth = np.radians(50.0), np.radians([20.0, 80.0]), np.array([0.5, 2.0])
     found = scattered_once(atmospheres.plane_parallel([upper, lower]), sun, zenith, azimuth)[0]
@@ -61,21 +58,19 @@ def test_two_flat_layers_of_different_air() -> None:
     np.testing.assert_allclose(found, [above, below], rtol=1e-7)
 
 
-def compare(
-    medium: Medium, cases_deg: list[tuple[float, float, float]], rtol: float, cuts_m: tuple[float, ...] = CUTS_M
-) -> None:
+def compare(medium, cases_deg, rtol, cuts_m=CUTS_M):
     slow = SlowRays(medium, cuts_m)
     for sun, zenith, azimuth in np.radians(cases_deg).tolist():
         found = solve_order_one(medium, sun, [zenith], [azimuth])[0, 0]
         assert found == pytest.approx(slow.radiance(sun, zenith, azimuth), rel=rtol)
 
 
-def test_slow_vectors() -> None:
+def test_slow_vectors():
     compare(molecules_only(550.0), [(92.0, 85.0, 180.0), (90.01, 0.0, 0.0)], 1e-7)
     compare(atmospheres.mol_ozone(600.0), [(90.0, 90.0, 0.0), (92.0, 85.0, 180.0)], 1e-6)
 
 
-def test_slow_vectors_over_a_cloud() -> None:
+def test_slow_vectors_over_a_cloud():
     """Densities that jump; under a level sun only the upper metre of the cloud is lit."""
     cloud = replace(
         exponential(0.5, phase=atmospheres.henyey_greenstein_phase(0.85)).constituents[0],
@@ -88,7 +83,7 @@ def test_slow_vectors_over_a_cloud() -> None:
 
 
 @pytest.mark.slow
-def test_slow_vectors_all_over_the_sky() -> None:
+def test_slow_vectors_all_over_the_sky():
     suns, zeniths = (60.0, 88.0, 90.34, 96.0), (0.0, 85.0, 89.7, 90.0)
     cases = [(s, z, a) for s in suns for z in zeniths for a in (0.0, 90.0, 180.0)]
     lit = [c for c in cases if solve_order_one(full(550.0), np.radians(c[0]), *np.radians([c[1:]]).T)[0, 0] > 1e-30]
@@ -96,14 +91,14 @@ def test_slow_vectors_all_over_the_sky() -> None:
     compare(full(550.0), lit, 2e-6)
 
 
-def with_nodes(n: int, solve: Callable[..., np.ndarray], *arguments: object) -> np.ndarray:
+def with_nodes(n, solve, *arguments):
     """Light scattered once with so many Gauss nodes on a panel."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(order_one, "N_NODES", n)
         return solve(*arguments)
 
 
-def test_the_horizon_is_the_end_of_a_smooth_sky() -> None:
+def test_the_horizon_is_the_end_of_a_smooth_sky():
     medium = full([450.0, 550.0])
     zenith = np.array([HALF_PI, np.radians(90 - 1e-9), np.radians(90 - 1e-5)])
     for sun in (0.5, HALF_PI - 1e-9, HALF_PI):
@@ -113,7 +108,7 @@ def test_the_horizon_is_the_end_of_a_smooth_sky() -> None:
         np.testing.assert_allclose(level[:, 2], level[:, 0], rtol=1e-4)
 
 
-def test_the_sun_sets_without_a_jump() -> None:
+def test_the_sun_sets_without_a_jump():
     medium = full([450.0, 550.0])
     zenith, azimuth = np.radians([0.0, 60.0, 89.0]), np.array([0.0, 1.0, 2.0])
     above, at, below = (solve_order_one(medium, HALF_PI + x, zenith, azimuth) for x in (-1e-10, 0.0, 1e-10))
@@ -121,7 +116,7 @@ def test_the_sun_sets_without_a_jump() -> None:
     np.testing.assert_allclose(below, at, rtol=1e-7)
 
 
-def test_into_the_sun() -> None:
+def test_into_the_sun():
     for phase in (atmospheres.peaked_phase, atmospheres.henyey_greenstein_phase(0.9999)):
         medium = exponential(0.2, phase=phase)
         for sun_deg in (0.0, 33.3, 89.9):
@@ -131,7 +126,7 @@ def test_into_the_sun() -> None:
             assert found / flat == pytest.approx(4 * np.pi * phase(np.ones(1), 0)[0], rel=1e-12)
 
 
-def test_no_air_no_scattering_no_light() -> None:
+def test_no_air_no_scattering_no_light():
     for medium in (atmospheres.empty(), exponential(1.0, omega=0.0)):
         assert scatterers(medium) == []
         assert scattered_once(medium, 0.5, [0.1, 0.2], [0.0, 0.0]).shape == (1, 0, 2)
@@ -141,7 +136,7 @@ def test_no_air_no_scattering_no_light() -> None:
         assert np.all(solve_order_one(exponential(1.0), sun, [0.0, HALF_PI], [0.0, 0.0]) == 0)
 
 
-def test_wavelengths_and_constituents_stand_alone() -> None:
+def test_wavelengths_and_constituents_stand_alone():
     zenith, azimuth = np.radians([10.0, 80.0, 80.0, 45.0]), np.array([0.0, 1.0, -1.0, 3.0])
     both = solve_order_one(full([450.0, 550.0]), 1.3, zenith, azimuth)
     for row, wavelength in enumerate((450.0, 550.0)):
@@ -153,12 +148,12 @@ def test_wavelengths_and_constituents_stand_alone() -> None:
     np.testing.assert_allclose(both, together, rtol=1e-13)
 
 
-def test_a_wish_for_more_points_along_a_line() -> None:
+def test_a_wish_for_more_points_along_a_line():
     medium = full(450.0)
     panels = ray_panels(density_profile(medium), 1.0).size - 1
     zenith, azimuth = np.array([0.3, 1.5]), np.array([0.5, 2.0])
 
-    def found(points: int, n_nodes: int = 6) -> np.ndarray:
+    def found(points, n_nodes=6):
         return with_nodes(n_nodes, scattered_once, replace(medium, least_line_points=points), 1.0, zenith, azimuth)
 
     np.testing.assert_array_equal(found(6 * panels), found(0))
@@ -172,7 +167,7 @@ SMALLEST_DIGIT = 5e-13  # of the printed radiances
 
 
 @needs_tables
-def test_spherical_sun_up() -> None:
+def test_spherical_sun_up():
     n_rows = 0
     groups = grouped("spherical_radiance.csv", "case", "wavelength_nm", "sza_deg")
     for (case, wavelength, sun_deg), rows in groups.items():
@@ -189,7 +184,7 @@ def test_spherical_sun_up() -> None:
 @pytest.mark.parametrize(
     ("name", "maker"), [("calcmysky_rayleigh", molecules_only), ("calcmysky_sample", atmospheres.sample)]
 )
-def test_the_tool(name: str, maker: Callable[..., Medium]) -> None:
+def test_the_tool(name, maker):
     """Within 0.5 %, or 1e-5 of the brightest where it is dark, but along the horizon with the sun below it.
 
     There the tool's sun, a disc, still stands in part above the horizon of the air that is seen; ours is a point.
@@ -209,7 +204,7 @@ def test_the_tool(name: str, maker: Callable[..., Medium]) -> None:
     assert n_rows > 500
 
 
-def test_cells_are_the_solver() -> None:
+def test_cells_are_the_solver():
     once = ExactOrderOne(medium=full([400.0, 700.0]), sun_zenith_rad=np.radians(92.0))
     zenith = np.radians([[0.0, 35.0], [70.0, 85.0]])
     azimuth = np.radians(np.linspace(0.0, 170.0, 36)).reshape(18, 2)

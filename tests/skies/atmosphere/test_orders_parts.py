@@ -1,13 +1,10 @@
 """The parts of the successive orders of scattering: Legendre series, path weights, columns."""
 
-from __future__ import annotations
-
 import mpmath
 import numpy as np
 import pytest
 
 from aomc_sky.errors import SceneError
-from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top, vertical_optical_depth
 from aomc_sky.skies.atmosphere.scattering_orders.orders import legendre_table, phase_moments
 from aomc_sky.skies.atmosphere.scattering_orders.paths import node_paths
@@ -15,7 +12,7 @@ from aomc_sky.skies.atmosphere.scattering_orders.slab import altitude_grid, slab
 from tests.support import atmospheres
 
 
-def test_addition_theorem_at_high_degree() -> None:
+def test_addition_theorem_at_high_degree():
     one, two, azimuth, n = 0.3, -0.8, 2.2, 150
     first, second = (legendre_table(np.array([x]), n, n)[:, :, 0] for x in (one, two))
     cosine = one * two + np.sqrt((1 - one**2) * (1 - two**2)) * np.cos(azimuth)
@@ -26,7 +23,7 @@ def test_addition_theorem_at_high_degree() -> None:
         assert found == pytest.approx(float(mpmath.legendre(degree, cosine)), abs=1e-12)
 
 
-def test_moments_of_a_peak_and_of_no_phase_function() -> None:
+def test_moments_of_a_peak_and_of_no_phase_function():
     sharp = phase_moments(lambda cosine: atmospheres.peaked_phase(cosine, 0), 4)
     assert sharp[0] == 1.0
     x = (np.arange(200_000) + 0.5) / 200_000
@@ -37,7 +34,7 @@ def test_moments_of_a_peak_and_of_no_phase_function() -> None:
         phase_moments(lambda cosine: np.full_like(cosine, 1.1 / (4.0 * np.pi)), 4)
 
 
-def test_moments_of_a_phase_function_with_jumps() -> None:
+def test_moments_of_a_phase_function_with_jumps():
     """A stair: its moments are differences of Legendre functions, x_l = 2 pi h (P_l-1 - P_l+1)(c) / (2 l + 1)."""
     at, low, high = np.array([-0.97, 0.3]), 0.01, 0.1
     last = (1.0 / (2.0 * np.pi) - low * (at[1] - at[0]) - high * (1.0 - at[1])) / (at[0] + 1.0)
@@ -49,7 +46,7 @@ def test_moments_of_a_phase_function_with_jumps() -> None:
         np.testing.assert_allclose(found[degree], expected, rtol=0.0, atol=1e-9)
 
 
-def test_paths_of_a_source_that_is_known() -> None:
+def test_paths_of_a_source_that_is_known():
     """J = t: the radiances have closed forms, upward and downward, at every node."""
     edges, mu = np.array([0.0, 0.1, 0.5, 0.6]), np.array([0.05, 0.7])
     share = np.tile([[0.08, 0.3, 0.7, 0.95]], (3, 1))
@@ -68,7 +65,7 @@ def test_paths_of_a_source_that_is_known() -> None:
     assert paths.over is None
 
 
-def test_a_line_that_turns_inside_an_element() -> None:
+def test_a_line_that_turns_inside_an_element():
     """What arrives of sources 1 and s, from this side of the lowest point and from beyond it, in closed form."""
     share = np.array([[0.2, 0.4, 0.6, 0.8]])
     crossed, below = np.full((4, 1, 1), 0.7), np.array([[0.6], [0.4], [0.1], [0.0]])
@@ -85,7 +82,7 @@ def test_a_line_that_turns_inside_an_element() -> None:
 
 
 @pytest.mark.parametrize("medium", [atmospheres.full([450.0, 600.0]), atmospheres.mol_ozone([550.0])])
-def test_columns_of_a_medium(medium: Medium) -> None:
+def test_columns_of_a_medium(medium):
     sun = np.deg2rad(80.0)
     grid = altitude_grid(medium, 8)
     assert set(atmospheres.OZONE_KINKS_M) <= set(grid.edge_m)
@@ -99,7 +96,7 @@ def test_columns_of_a_medium(medium: Medium) -> None:
         np.testing.assert_allclose(slab.beam.ravel(), np.exp(-depth), rtol=1e-12)
 
 
-def test_a_wavelength_that_sees_nothing() -> None:
+def test_a_wavelength_that_sees_nothing():
     both = atmospheres.medium_of([atmospheres.molecules(np.array([400.0, 500.0]))], [400.0, 500.0])
     both.constituents[0].scattering_m2[1] = 0.0
     seen, empty = slabs_of_medium(both, altitude_grid(both, 6), 0.3)

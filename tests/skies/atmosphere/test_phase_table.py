@@ -1,12 +1,8 @@
 """Phase functions as tables: their norm, the law they are drawn by, and a scene that reads one, by two methods."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from itertools import pairwise
-from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -26,16 +22,16 @@ MARINE = INPUTS / "atmosphere" / "clear_marine.atmo"
 ANGLES = np.concatenate([np.arange(0.0, 20.0, 0.2), np.arange(20.0, 181.0, 1.0)])
 
 
-def table(angle_deg: np.ndarray, value: np.ndarray, wavelength_nm: tuple[float, ...] = (0.0,)) -> PhaseTable:
+def table(angle_deg, value, wavelength_nm=(0.0,)):
     columns = {"wavelength_nm": np.array(wavelength_nm), "value": np.atleast_2d(value)}
     return PhaseTable(path="t.csv", text="file t.csv", angle_deg=angle_deg, **columns)
 
 
-def hg(g: float, angle_deg: np.ndarray) -> np.ndarray:
+def hg(g, angle_deg):
     return henyey_greenstein_phase(g)(np.cos(np.radians(angle_deg)), 0)
 
 
-def by_quad(angle_rad: np.ndarray, value: np.ndarray) -> float:
+def by_quad(angle_rad, value):
     """Integral over the sphere of a function that is linear between its points, piece by piece."""
     pieces = [
         quad(lambda t: np.interp(t, angle_rad, value) * np.sin(t), low, high, epsabs=0.0, epsrel=1e-13)[0]
@@ -45,7 +41,7 @@ def by_quad(angle_rad: np.ndarray, value: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("angle_deg", [ANGLES, np.array([0.0, 180.0]), np.array([0.0, 1e-3, 3.4, 3.5, 90.0, 180.0])])
-def test_the_norm_is_that_of_quadrature(angle_deg: np.ndarray) -> None:
+def test_the_norm_is_that_of_quadrature(angle_deg):
     value = np.random.default_rng(5).uniform(0.0, 3.0, angle_deg.size)
     angle = np.radians(angle_deg)
     assert sphere_integrals(angle, value[None])[0] == pytest.approx(by_quad(angle, value), rel=2e-13)
@@ -55,14 +51,14 @@ def test_the_norm_is_that_of_quadrature(angle_deg: np.ndarray) -> None:
 
 
 @pytest.mark.parametrize("g", [0.0, 0.5, 0.85])
-def test_the_error_of_the_norm_is_what_the_steps_make(g: float) -> None:
+def test_the_error_of_the_norm_is_what_the_steps_make(g):
     """Henyey and Greenstein's law has the integral 1, so what the table has more is its error."""
     law = tabulated_phase(table(ANGLES, hg(g, ANGLES)), np.array([550.0]))
     assert abs(law.norm[0] - 1.0) < 1.5 * law.norm_error[0] + 1e-15
     assert law.norm_error[0] < 3e-4
 
 
-def test_columns_are_blended_after_their_norm() -> None:
+def test_columns_are_blended_after_their_norm():
     values = np.stack([hg(0.6, ANGLES), 7.0 * hg(0.8, ANGLES)])
     law = tabulated_phase(table(ANGLES, values, (400.0, 600.0)), np.array([400.0, 450.0, 600.0]))
     np.testing.assert_allclose(law.norm, [1.0, 2.5, 7.0], rtol=3e-4)
@@ -70,12 +66,12 @@ def test_columns_are_blended_after_their_norm() -> None:
     assert by_quad(law.angle_rad, law.value[1]) == pytest.approx(1.0, rel=2e-13)
 
 
-def sea_salt() -> TabulatedPhase:
+def sea_salt():
     medium, _ = read_medium(read_atmo(MARINE), [500.0])
     return next(part.phase_function for part in medium.constituents if part.name == "sea_salt")
 
 
-def drawn_chi_square(drawn: TabulatedPhase, law: TabulatedPhase, n: int) -> tuple[float, int]:
+def drawn_chi_square(drawn, law, n):
     """Chi-square of angles drawn as the paths draw them against integrals of the law over the same cells."""
     found = drawn_angles(drawn, np.random.default_rng(11).random(n))
     assert np.ptp(found[:, 1]) < 0.01  # weights, which counts can leave out where they are alike
@@ -90,7 +86,7 @@ def drawn_chi_square(drawn: TabulatedPhase, law: TabulatedPhase, n: int) -> tupl
     return float(((counts - expected) ** 2 / expected).sum()), edges.size - 2
 
 
-def test_drawn_angles_follow_the_table() -> None:
+def test_drawn_angles_follow_the_table():
     """100 000 angles; angles that are up to a sixth too small, the planted defect, are found."""
     law = sea_salt()
     found, freedom = drawn_chi_square(law, law, 100_000)
@@ -122,7 +118,7 @@ Scatterer "salt":
 """
 
 
-def scene(folder: Path, phase: str, /, **tables: str) -> Path:
+def scene(folder, phase, /, **tables):
     """A description with one scatterer, and its tables."""
     for name, text in tables.items():
         (folder / f"{name}.csv").write_text(text)
@@ -131,13 +127,13 @@ def scene(folder: Path, phase: str, /, **tables: str) -> Path:
     return path
 
 
-def rows(angle_deg: np.ndarray, *columns: np.ndarray) -> str:
+def rows(angle_deg, *columns):
     return "".join(", ".join(f"{x:.17g}" for x in row) + "\n" for row in zip(angle_deg, *columns, strict=True))
 
 
 @pytest.mark.filterwarnings("ignore:in .* directions and wavelengths hardly any path")
 @pytest.mark.parametrize("method", ["sos", "mc"])
-def test_a_table_gives_the_sky_of_the_formula_it_was_made_of(tmp_path: Path, method: str) -> None:
+def test_a_table_gives_the_sky_of_the_formula_it_was_made_of(tmp_path, method):
     """All orders: the table is within 4e-4 of the formula; paths have their errors besides."""
     code = """
     ```
@@ -158,7 +154,7 @@ def test_a_table_gives_the_sky_of_the_formula_it_was_made_of(tmp_path: Path, met
 GOOD = "angle [deg], 400, 600\n0, 3, 2\n90, 1, 1\n180, 1, 0\n"
 
 
-def test_a_table_of_two_wavelengths_is_read(tmp_path: Path) -> None:
+def test_a_table_of_two_wavelengths_is_read(tmp_path):
     (part,) = read_atmo(scene(tmp_path, "file t.csv", t="# made by hand\n\n" + GOOD)).scatterers
     law = part.phase_function
     assert law.text == "file t.csv"
@@ -183,7 +179,7 @@ def test_a_table_of_two_wavelengths_is_read(tmp_path: Path) -> None:
         (GOOD.replace("400, 600", "550, 600"), "E408", "has data from 550 to 600 nm"),
     ],
 )
-def test_a_bad_table_gets_one_sentence(tmp_path: Path, text: str, code: str, message: str) -> None:
+def test_a_bad_table_gets_one_sentence(tmp_path, text, code, message):
     with pytest.raises(InputFileError) as caught:
         read_atmo(scene(tmp_path, "file t.csv", t=text))
     assert code in {problem.code for problem in caught.value.problems}
@@ -193,12 +189,12 @@ def test_a_bad_table_gets_one_sentence(tmp_path: Path, text: str, code: str, mes
     assert all(problem.advice for problem in caught.value.problems)
 
 
-def test_a_file_and_a_code_block_are_refused(tmp_path: Path) -> None:
+def test_a_file_and_a_code_block_are_refused(tmp_path):
     with pytest.raises(InputFileError, match="names a file and has a code block"):
         read_atmo(scene(tmp_path, "file t.csv\n```\nreturn vec4(1.0);\n```", t="0, 1\n180, 1\n"))
 
 
-def test_angles_too_far_apart_are_warned_of(tmp_path: Path) -> None:
+def test_angles_too_far_apart_are_warned_of(tmp_path):
     coarse = np.arange(0.0, 181.0, 20.0)
     with pytest.warns(InputWarning) as caught:
         read_medium(read_atmo(scene(tmp_path, "file t.csv", t=rows(coarse, hg(0.85, coarse)))))
@@ -207,7 +203,7 @@ def test_angles_too_far_apart_are_warned_of(tmp_path: Path) -> None:
     assert "has the integral" in texts
 
 
-def make_tables(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+def make_tables(monkeypatch):
     """The script that wrote the tables of inputs."""
     spec = importlib.util.spec_from_file_location("make_tables", INPUTS / "make_tables.py")
     script = importlib.util.module_from_spec(spec)
@@ -216,7 +212,7 @@ def make_tables(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return script
 
 
-def test_the_tables_of_inputs_follow_miepython(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_tables_of_inputs_follow_miepython(monkeypatch):
     pytest.importorskip("miepython")
     script = make_tables(monkeypatch)
     angle = np.array([0.0, 1.0, 2.0, 15.0, 90.0, 120.0])
@@ -224,7 +220,7 @@ def test_the_tables_of_inputs_follow_miepython(monkeypatch: pytest.MonkeyPatch) 
     np.testing.assert_allclose(sea_salt()(np.cos(np.radians(angle)), 0), exact, rtol=0.02)
 
 
-def test_sun_and_ozone_of_inputs_are_what_the_script_writes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sun_and_ozone_of_inputs_are_what_the_script_writes(tmp_path, monkeypatch):
     """But the comments, which name the version of pvlib."""
     pytest.importorskip("pvlib")
     script = make_tables(monkeypatch)

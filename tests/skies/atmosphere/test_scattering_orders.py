@@ -1,7 +1,5 @@
 """Successive orders of scattering against quadrature, reciprocity and themselves; the reference tables stand apart."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 
@@ -9,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid, trapezoid
 
-from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top
 from aomc_sky.skies.atmosphere.scattering_orders import diffuse
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, source_functions
@@ -17,28 +14,28 @@ from aomc_sky.skies.atmosphere.scattering_orders.paths import ShellPaths
 from aomc_sky.skies.atmosphere.scattering_orders.slab import altitude_grid, slabs_of_medium
 from aomc_sky.skies.atmosphere.sky.solve import solve
 from tests.support import atmospheres
-from tests.support.plane_layers import FlatSky, Layers, by_order, later_orders, solve_flat, solve_layers
+from tests.support.plane_layers import Layers, by_order, later_orders, solve_flat, solve_layers
 
 AZIMUTH = np.deg2rad([0.0, 40.0, 110.0, 180.0])
 
 
-def rayleigh(cosine: np.ndarray) -> np.ndarray:
+def rayleigh(cosine):
     return atmospheres.rayleigh_phase(cosine, 0)
 
 
-def peaked(cosine: np.ndarray) -> np.ndarray:
+def peaked(cosine):
     return atmospheres.henyey_greenstein_phase(0.6)(cosine, 0)
 
 
-def one_layer(depth: float, albedo: float = 1.0, phase=rayleigh) -> Layers:
+def one_layer(depth, albedo=1.0, phase=rayleigh):
     return Layers(optical_depth=np.array([depth]), scattering=np.array([[albedo]]), phases=(phase,))
 
 
-def whole_radiance(sky: FlatSky) -> np.ndarray:
+def whole_radiance(sky):
     return by_order(sky, AZIMUTH).sum(axis=1)
 
 
-def first_order(layers_depth: float, phase, mu0: float, depth: float, mu: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+def first_order(layers_depth, phase, mu0, depth, mu, cosine):
     """Radiance of order 1 inside a conservative homogeneous layer over a black ground; mu < 0 goes up."""
     with np.errstate(over="ignore"):
         down = mu0 / (mu0 - mu) * (np.exp(-depth / mu0) - np.exp(-depth / np.abs(mu)))
@@ -47,7 +44,7 @@ def first_order(layers_depth: float, phase, mu0: float, depth: float, mu: np.nda
     return phase(cosine) * np.where(mu > 0.0, down, up)
 
 
-def second_order(depth: float, phase, mu0: float, mu: float, azimuth: float) -> float:
+def second_order(depth, phase, mu0, mu, azimuth):
     """Radiance of order 2 at the ground: three nested quadratures, none of which the solver uses."""
     x, w = np.polynomial.legendre.leggauss(40)
     t = 0.5 * (x + 1.0)
@@ -70,7 +67,7 @@ def second_order(depth: float, phase, mu0: float, mu: float, azimuth: float) -> 
 
 @pytest.mark.parametrize("phase", [rayleigh, peaked])
 @pytest.mark.parametrize(("depth", "mu0"), [(0.1, 0.3), (0.8, 0.9)])
-def test_order_two_by_nested_quadrature(phase, depth: float, mu0: float) -> None:
+def test_order_two_by_nested_quadrature(phase, depth, mu0):
     mu = np.array([0.1, 0.5, 0.97])
     sky = solve_layers(one_layer(depth, phase=phase), 0.0, np.arccos(mu0), np.arccos(mu), n_orders=2, n_listed=2)
     found = by_order(sky, AZIMUTH)[0, 1]
@@ -79,7 +76,7 @@ def test_order_two_by_nested_quadrature(phase, depth: float, mu0: float) -> None
 
 
 @pytest.mark.parametrize("phase", [rayleigh, peaked])
-def test_transmission_is_reciprocal(phase) -> None:
+def test_transmission_is_reciprocal(phase):
     """The mu-weighted radiance is symmetric in sun and eye; turned upside down where the layers differ."""
     layers = Layers(optical_depth=np.array([0.3, 0.1, 0.5]), scattering=np.array([[0.9, 0.4, 1.0]]), phases=(phase,))
     turned = Layers(optical_depth=layers.optical_depth[::-1], scattering=layers.scattering[:, ::-1], phases=(phase,))
@@ -89,11 +86,11 @@ def test_transmission_is_reciprocal(phase) -> None:
         np.testing.assert_allclose(two * there, one * back, rtol=3e-5)
 
 
-def ground_irradiance(sky: FlatSky) -> np.ndarray:
+def ground_irradiance(sky):
     return sky.direct_irradiance + sky.irradiance_by_order.sum(axis=1)
 
 
-def test_ground_is_an_interaction() -> None:
+def test_ground_is_an_interaction():
     """A white ground changes order 2 and not order 1, by what a uniform ground radiance gives."""
     black, white = (
         by_order(solve_layers(one_layer(0.2), albedo, 0.5, np.array([0.3]), n_orders=2, n_listed=2), AZIMUTH)
@@ -106,7 +103,7 @@ def test_ground_is_an_interaction() -> None:
 
 
 @pytest.mark.parametrize(("depth", "albedo"), [(0.1, 0.0), (1.0, 0.8), (5.0, 1.0)])
-def test_geometric_rest_is_what_more_orders_bring(depth: float, albedo: float) -> None:
+def test_geometric_rest_is_what_more_orders_bring(depth, albedo):
     zenith = np.deg2rad([10.0, 80.0])
     summed = solve_layers(one_layer(depth), albedo, 0.8, zenith)
     counted = solve_layers(one_layer(depth), albedo, 0.8, zenith, n_orders=900)
@@ -114,7 +111,7 @@ def test_geometric_rest_is_what_more_orders_bring(depth: float, albedo: float) -
     assert summed.irradiance_by_order.sum() == pytest.approx(counted.irradiance_by_order.sum(), rel=1e-6)
 
 
-def test_orders_stop_exactly() -> None:
+def test_orders_stop_exactly():
     zenith = np.deg2rad([10.0, 80.0])
     every = solve_layers(one_layer(0.5), 0.3, 0.8, zenith, n_listed=6)
     first = solve_layers(one_layer(0.5), 0.3, 0.8, zenith, n_orders=4, n_listed=2)
@@ -126,14 +123,14 @@ def test_orders_stop_exactly() -> None:
     np.testing.assert_array_equal(later_orders(alone.orders, AZIMUTH), 0.0)
 
 
-def test_a_direction_does_not_depend_on_its_company() -> None:
+def test_a_direction_does_not_depend_on_its_company():
     many = np.deg2rad(np.linspace(0.0, 90.0, 19))
     together = later_orders(solve_layers(one_layer(0.3), 0.1, 0.4, many).orders, AZIMUTH)
     alone = later_orders(solve_layers(one_layer(0.3), 0.1, 0.4, many[[7]]).orders, AZIMUTH)
     np.testing.assert_allclose(alone[:, 0], together[:, 7], rtol=1e-12)
 
 
-def test_resolution_error_covers_a_finer_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_resolution_error_covers_a_finer_solution(monkeypatch):
     zenith = np.deg2rad([20.0, 70.0, 88.8])
     sky = solve_layers(one_layer(0.4), 0.0, 1.2, zenith).orders
     fine = diffuse.Resolution(n_mu=48, n_element=24, n_moments=3)
@@ -143,7 +140,7 @@ def test_resolution_error_covers_a_finer_solution(monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("medium", [atmospheres.full([450.0]), atmospheres.uniform(0.5, top_m=1e6)])
-def test_a_uniform_glow_shows_the_optical_depth_of_every_line(medium: Medium) -> None:
+def test_a_uniform_glow_shows_the_optical_depth_of_every_line(medium):
     """A source of 1 everywhere gives 1 - exp(-depth to the top), also past the lowest point of a line."""
     grid = altitude_grid(medium, 6)
     slab = slabs_of_medium(medium, grid, 0.5)[0]
@@ -163,7 +160,7 @@ def test_a_uniform_glow_shows_the_optical_depth_of_every_line(medium: Medium) ->
     np.testing.assert_allclose(view.sum(axis=1), -np.expm1(-from_ground), rtol=1e-9)
 
 
-def test_irradiance_of_the_sun_scales_everything() -> None:
+def test_irradiance_of_the_sun_scales_everything():
     factor, zenith = np.array([2.0, 0.5]), np.deg2rad([30.0, 85.0])
     one = dataclasses.replace(atmospheres.molecules_only([400.0, 600.0], albedo=0.2), n_orders=ALL_ORDERS)
     two = dataclasses.replace(one, toa_irradiance=factor)
@@ -172,7 +169,7 @@ def test_irradiance_of_the_sun_scales_everything() -> None:
     np.testing.assert_allclose(ground_irradiance(second), factor * ground_irradiance(first))
 
 
-def test_series_times_cosine() -> None:
+def test_series_times_cosine():
     modes = np.array([[1.0], [0.3], [-0.2], [0.7]])
     product = diffuse.times_cosine(modes)
     series = np.cos(np.arange(4)[:, None] * AZIMUTH)
@@ -180,11 +177,11 @@ def test_series_times_cosine() -> None:
     np.testing.assert_allclose(product.T @ longer, (modes.T @ series) * np.cos(AZIMUTH), atol=1e-15)
 
 
-def test_a_wish_for_more_directions() -> None:
+def test_a_wish_for_more_directions():
     medium = atmospheres.molecules_only(450.0, 0.2)
     zenith = np.array([0.2, 1.4])
 
-    def found(n_directions: int) -> np.ndarray:
+    def found(n_directions):
         return diffuse.solve_orders(dataclasses.replace(medium, least_angles=n_directions), 0.7, zenith).later_modes
 
     np.testing.assert_array_equal(found(1600), found(0))  # 20 nodes are there in any case
@@ -199,7 +196,7 @@ SOURCE_AZIMUTH = np.deg2rad([0.0, 90.0, 180.0])
 
 
 @pytest.mark.parametrize("phase", [atmospheres.isotropic_phase, atmospheres.rayleigh_phase])
-def test_thin_flat_air_above_a_bright_ground(phase: atmospheres.Phase) -> None:
+def test_thin_flat_air_above_a_bright_ground(phase):
     """Half of what the ground sends up, A F0 mu0 / pi, is scattered into every direction: its law is even in mu."""
     flat = {"scale_height_m": 40.0, "earth_radius_m": 1e14, "top_m": 100.0}
     medium = atmospheres.exponential(1e-5, albedo=0.6, phase=phase, **flat)
@@ -212,7 +209,7 @@ def test_thin_flat_air_above_a_bright_ground(phase: atmospheres.Phase) -> None:
     assert np.all(found.by_order[0, 0] >= found.from_ground[0][:, :, None] * (1 - 1e-9))
 
 
-def test_light_of_the_ground_is_what_its_albedo_adds() -> None:
+def test_light_of_the_ground_is_what_its_albedo_adds():
     with_ground, without = (
         source_functions(atmospheres.full([450.0, 700.0], albedo), SUN, ZENITH, SOURCE_AZIMUTH, n_orders=2)
         for albedo in (0.4, 0.0)
@@ -223,7 +220,7 @@ def test_light_of_the_ground_is_what_its_albedo_adds() -> None:
     np.testing.assert_allclose(added, expected, atol=1e-12 * with_ground.by_order[:, 0].max())
 
 
-def test_radiance_overhead_is_the_integral_of_the_source() -> None:
+def test_radiance_overhead_is_the_integral_of_the_source():
     """L(zenith) = int S exp(-tau) dh, order by order, with another quadrature than the solver's."""
     medium = atmospheres.molecules_only(450.0, 0.3)
     found = source_functions(medium, SUN, ZENITH[:1], SOURCE_AZIMUTH[:1], n_orders=4)

@@ -1,7 +1,5 @@
 """Solving in given directions and for the whole sky: one answer from both, and what is refused."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -13,13 +11,12 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.backward import MOST_LISTED, solve_paths
 from aomc_sky.skies.atmosphere.eclipse import solve_order_one
 from aomc_sky.skies.atmosphere.lights import Moon
-from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.model import AtmosphereSky
 from aomc_sky.skies.atmosphere.sky import path_orders, solved
 from aomc_sky.skies.atmosphere.sky import solve as solve_module
 from aomc_sky.skies.atmosphere.sky.method import chosen_method, is_curved
 from aomc_sky.skies.atmosphere.sky.solve import solve, solve_sky
-from aomc_sky.skies.atmosphere.sky.solved import SolvedSky, patch_means, zenith_nodes
+from aomc_sky.skies.atmosphere.sky.solved import patch_means, zenith_nodes
 from tests.support import atmospheres
 from tests.support.atmospheres import molecules_only
 
@@ -28,13 +25,13 @@ AIR = atmospheres.molecules_only([450.0, 650.0], albedo=[0.3, 0.1])
 HAZE = atmospheres.full([550.0], albedo=0.05)
 
 
-def wave(zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+def wave(zenith, azimuth):
     """A function that the series hold: polynomials of the square root of the elevation times cosines."""
     u = np.sqrt(1 - zenith / (np.pi / 2))
     return np.stack([1 + u**3 * np.cos(2 * azimuth), u * np.cos(azimuth)])
 
 
-def test_a_field_is_exact_for_what_its_series_hold() -> None:
+def test_a_field_is_exact_for_what_its_series_hold():
     field = solved.fit_field(wave, n_zenith=5, n_azimuth=4)
     zenith, azimuth = np.linspace(0, np.pi / 2, 7), np.linspace(-4, 9, 7)
     np.testing.assert_allclose(field.at(zenith, azimuth), wave(zenith, azimuth), rtol=0, atol=1e-14)
@@ -48,7 +45,7 @@ def test_a_field_is_exact_for_what_its_series_hold() -> None:
 
 
 @pytest.mark.parametrize("medium", [AIR, HAZE], ids=["air", "haze"])
-def test_the_whole_sky_agrees_with_single_directions(medium: Medium) -> None:
+def test_the_whole_sky_agrees_with_single_directions(medium):
     sky = solve_sky(medium, sun_zenith_rad=SUN, n_orders=5)
     zenith, azimuth = np.deg2rad([0.0, 17.3, 40.0, 66.6, 88.7, 90.0]), np.deg2rad([0.0, 33.0, 200.0])
     direct = solve(medium, sun_zenith_rad=SUN, sky_zenith_rad=zenith, azimuth_from_sun_rad=azimuth, n_orders=5)
@@ -59,7 +56,7 @@ def test_the_whole_sky_agrees_with_single_directions(medium: Medium) -> None:
     np.testing.assert_allclose(direct.radiance_by_order[:, 0].reshape(once.shape), once, rtol=1e-14)
 
 
-def test_orders_add_up_and_azimuths_mirror() -> None:
+def test_orders_add_up_and_azimuths_mirror():
     azimuth = np.deg2rad([350.0, 10.0, -10.0, 370.0, 95.0, 265.0])
     found = solve(AIR, sun_zenith_rad=SUN, sky_zenith_rad=[1.0, 0.2, 1.0], azimuth_from_sun_rad=azimuth, n_orders=4)
     assert found.radiance_by_order.shape == (2, 4, 3, 6)
@@ -71,7 +68,7 @@ def test_orders_add_up_and_azimuths_mirror() -> None:
     assert np.all(found.standard_error < 0.02 * found.radiance)
 
 
-def test_truncation_is_what_more_orders_bring() -> None:
+def test_truncation_is_what_more_orders_bring():
     few, most = (
         solve(AIR, sun_zenith_rad=SUN, sky_zenith_rad=[0.5], azimuth_from_sun_rad=[0.0], n_orders=n)
         for n in (3, MOST_LISTED + 16)
@@ -80,7 +77,7 @@ def test_truncation_is_what_more_orders_bring() -> None:
     assert np.all(most.truncation < 1e-9)
 
 
-def test_the_irradiance_of_the_sky_by_another_quadrature() -> None:
+def test_the_irradiance_of_the_sky_by_another_quadrature():
     nodes, weights = np.polynomial.legendre.leggauss(48)
     t, w = (nodes + 1) / 2, weights / 2
     mu = t**2  # crowded at the horizon
@@ -90,7 +87,7 @@ def test_the_irradiance_of_the_sky_by_another_quadrature() -> None:
     np.testing.assert_allclose(found.diffuse_irradiance, wanted, rtol=1e-6)
 
 
-def test_patch_means_settle_around_a_sharp_peak() -> None:
+def test_patch_means_settle_around_a_sharp_peak():
     sky = solve_sky(HAZE, sun_zenith_rad=SUN, n_orders=1)
     grid = PatchGrid.regular(30, 60)
     mean, change = patch_means(sky, grid, 0.3)
@@ -108,7 +105,7 @@ def test_patch_means_settle_around_a_sharp_peak() -> None:
     np.testing.assert_allclose(mean[:, 0, ring * 60 + column], exact, rtol=2e-5)
 
 
-def test_what_a_method_is_not_good_for() -> None:
+def test_what_a_method_is_not_good_for():
     low = np.deg2rad(83.0)
     assert chosen_method(AIR, low, "auto", 1) == ("order1", 1)
     assert chosen_method(AIR, SUN, "order1", 9) == ("order1", 1)
@@ -131,20 +128,20 @@ def test_what_a_method_is_not_good_for() -> None:
             chosen_method(AIR, np.deg2rad(degrees), "order1", None)
 
 
-def test_bad_directions_are_refused() -> None:
+def test_bad_directions_are_refused():
     for zenith, azimuth in (([1.6], [0.0]), ([-0.1], [0.0]), ([np.nan], [0.0]), ([1.0], [np.inf]), ([], [0.0])):
         with pytest.raises(UsageError):
             solve(AIR, sun_zenith_rad=SUN, sky_zenith_rad=zenith, azimuth_from_sun_rad=azimuth)
 
 
-def test_an_empty_atmosphere_has_a_black_sky_and_the_whole_sun() -> None:
+def test_an_empty_atmosphere_has_a_black_sky_and_the_whole_sun():
     found = solve(atmospheres.empty(albedo=0.5), sun_zenith_rad=SUN, sky_zenith_rad=[0.3], azimuth_from_sun_rad=[0.0])
     assert found.radiance.max() == 0.0
     assert found.direct_irradiance[0] == pytest.approx(np.cos(SUN), rel=1e-15)
     assert found.diffuse_irradiance[0] == 0.0
 
 
-def test_twilight_is_solved_in_every_direction() -> None:
+def test_twilight_is_solved_in_every_direction():
     sun = np.deg2rad(95.0)
     sky = solve_sky(AIR, sun_zenith_rad=sun, n_orders=1)
     zenith, azimuth = np.deg2rad([10.0, 70.0, 89.0]), np.deg2rad([0.0, 100.0, 180.0])
@@ -156,7 +153,7 @@ def test_twilight_is_solved_in_every_direction() -> None:
     assert sky.direct_irradiance.max() == 0.0
 
 
-def test_the_reason_comes_with_the_sky() -> None:
+def test_the_reason_comes_with_the_sky():
     assert "one order" in solve_sky(AIR, sun_zenith_rad=SUN, method="auto", n_orders=1).reason
     assert not solve_sky(AIR, sun_zenith_rad=SUN, method="order1").reason
 
@@ -166,14 +163,14 @@ ZENITH, AZIMUTH = np.radians([0.0, 60.0, 85.0, 89.0]), np.radians([-150.0, 0.0, 
 MOLECULES = molecules_only(550.0, 0.3)
 
 
-def sky_of(sun_rad: float) -> SolvedSky:
+def sky_of(sun_rad):
     """What `directed_paths` reads of a sky, which is not solved for it."""
     sky = solve_sky(MOLECULES, sun_zenith_rad=1.0, method="order1")
     return dataclasses.replace(sky, sun_zenith_rad=sun_rad, method="mc", n_orders=4)
 
 
 @pytest.mark.filterwarnings("ignore:in .* hardly any path reaches")
-def test_errors_are_those_of_each_direction(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_errors_are_those_of_each_direction(monkeypatch):
     monkeypatch.setattr(solve_module, "MOST_PATHS", 10_000)
     theta, phi = (angle.ravel() for angle in np.meshgrid(ZENITH, AZIMUTH[1:], indexing="ij"))
     found = solve_module.directed_paths(sky_of(TWILIGHT_SUN), theta, phi)
@@ -185,7 +182,7 @@ def test_errors_are_those_of_each_direction(monkeypatch: pytest.MonkeyPatch) -> 
     assert share.max() > 3.0 * share.min()  # the dark side of the horizon is known far worse than the glow
 
 
-def test_two_suns_have_numbers_of_their_own() -> None:
+def test_two_suns_have_numbers_of_their_own():
     zenith, azimuth = np.radians([60.0]), np.zeros(1)
     one, two = (solve_module.directed_paths(sky_of(sun), zenith, azimuth) for sun in (1.2, np.nextafter(1.2, 2.0)))
     later = [found.radiance_by_order[0, 1:, 0].sum() for found in (one, two)]
@@ -193,7 +190,7 @@ def test_two_suns_have_numbers_of_their_own() -> None:
 
 
 @pytest.mark.parametrize(("turn", "moon_deg"), [(2 * np.pi, None), (-2 * np.pi, 0.5)])
-def test_the_error_of_a_direction_is_that_of_its_nearest_node(turn: float, moon_deg: float | None) -> None:
+def test_the_error_of_a_direction_is_that_of_its_nearest_node(turn, moon_deg):
     """Left and right are one sky, unless a Moon stands beside the sun."""
     moon = None if moon_deg is None else Moon(zenith_rad=1.0, azimuth_from_sun_rad=np.radians(moon_deg), distance_m=4e8)
     azimuth = solved.azimuth_nodes(5, is_mirrored=moon is None)
@@ -206,7 +203,7 @@ def test_the_error_of_a_direction_is_that_of_its_nearest_node(turn: float, moon_
 
 @pytest.mark.filterwarnings("ignore:the paths give orders 2 and up")
 @pytest.mark.filterwarnings("ignore:in .* hardly any path reaches")
-def test_patches_have_errors_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_patches_have_errors_of_their_own(monkeypatch):
     monkeypatch.setattr(path_orders, "solve_paths", lambda *given, **how: solve_paths(*given, **how | {"n_paths": 256}))
     how = {"sun_zenith_deg": 89.0, "sun_azimuth_deg": 70.0, "method": "mc", "n_orders": 3}
     sky = AtmosphereSky(medium=MOLECULES, grid=PatchGrid.regular(9, 12), **how)

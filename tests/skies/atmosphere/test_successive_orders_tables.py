@@ -1,47 +1,44 @@
 """Successive orders of scattering against the plane-parallel and the spherical reference tables."""
 
-from __future__ import annotations
-
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import solve_orders
-from tests.skies.atmosphere.reference_tables import Row, column, grouped, needs_tables, rows
+from tests.skies.atmosphere.reference_tables import column, grouped, needs_tables, rows
 from tests.support import atmospheres
-from tests.support.plane_layers import FlatSky, Layers, by_order, later_orders, solve_layers
+from tests.support.plane_layers import Layers, by_order, later_orders, solve_layers
 
 AZIMUTHS = (0, 30, 60, 90, 120, 150, 180)
 pytestmark = needs_tables
 
 
-def cases(name: str, *keys: str) -> list[tuple[str, ...]]:
+def cases(name, *keys):
     return sorted(grouped(name, *keys))
 
 
-def of(name: str, **wanted: str) -> list[Row]:
+def of(name, **wanted):
     return [row for row in rows(name) if all(row[key] == value for key, value in wanted.items())]
 
 
-def most(keys: list[tuple[str, ...]], kept: int) -> list:
+def most(keys, kept):
     """The first, the last and some between by default; all of them where slow tests run."""
     chosen = set(keys[:: max(len(keys) // kept, 1)]) | set(keys[-1:])
     return [pytest.param(*key, marks=() if key in chosen else pytest.mark.slow) for key in keys]
 
 
-def rayleigh(cosine: np.ndarray) -> np.ndarray:
+def rayleigh(cosine):
     return atmospheres.rayleigh_phase(cosine, 0)
 
 
-def rayleigh_sky(tau: str, albedo: str, mu0: str, mu: np.ndarray, n_listed: int = 1) -> FlatSky:
+def rayleigh_sky(tau, albedo, mu0, mu, n_listed=1):
     layers = Layers(optical_depth=np.array([float(tau)]), scattering=np.ones((1, 1)), phases=(rayleigh,))
     return solve_layers(layers, float(albedo), np.arccos(float(mu0)), np.arccos(mu), n_listed=n_listed)
 
 
 @pytest.mark.parametrize(("tau", "albedo", "mu0"), most(cases("pp_rayleigh_radiance.csv", "tau", "albedo", "mu0"), 5))
-def test_rayleigh_radiance_and_flux(tau: str, albedo: str, mu0: str) -> None:
+def test_rayleigh_radiance_and_flux(tau, albedo, mu0):
     table = of("pp_rayleigh_radiance.csv", tau=tau, albedo=albedo, mu0=mu0)
     sky = rayleigh_sky(tau, albedo, mu0, column(table, "mu"), n_listed=6)
     expected = np.stack([column(table, f"L_phi{azimuth}") for azimuth in AZIMUTHS], axis=1)
@@ -54,16 +51,14 @@ def test_rayleigh_radiance_and_flux(tau: str, albedo: str, mu0: str) -> None:
 
 
 @pytest.mark.parametrize(("tau", "albedo", "mu0"), most(cases("pp_rayleigh_orders.csv", "tau", "albedo", "mu0"), 3))
-def test_rayleigh_orders(tau: str, albedo: str, mu0: str) -> None:
+def test_rayleigh_orders(tau, albedo, mu0):
     table = of("pp_rayleigh_orders.csv", tau=tau, albedo=albedo, mu0=mu0)
     mu, azimuth = np.unique(column(table, "mu")), np.unique(column(table, "phi_deg"))
     found = by_order(rayleigh_sky(tau, albedo, mu0, mu, n_listed=6), np.deg2rad(azimuth))[0]
     compare_orders(table, mu, azimuth, found, n_orders=6, tolerance=4e-5)
 
 
-def compare_orders(
-    table: list[Row], mu: np.ndarray, azimuth: np.ndarray, found: np.ndarray, *, n_orders: int, tolerance: float
-) -> None:
+def compare_orders(table, mu, azimuth, found, *, n_orders, tolerance):
     at = np.searchsorted(mu, column(table, "mu")), np.searchsorted(azimuth, column(table, "phi_deg"))
     for order in range(1, n_orders + 1):
         given = np.array([line[f"L_order{order}"] != "" for line in table])
@@ -72,7 +67,7 @@ def compare_orders(
         np.testing.assert_allclose(seen, expected, rtol=tolerance, err_msg=f"order {order}")
 
 
-def layers_of(case: str) -> Layers:
+def layers_of(case):
     table = of("pp_layers_cases.csv", case=case)
     molecules, particles, absorber = (column(table, key) for key in ("tau_rayleigh", "tau_hg", "tau_absorber"))
     depth = molecules + particles + absorber
@@ -85,7 +80,7 @@ def layers_of(case: str) -> Layers:
 
 
 @pytest.mark.parametrize(("case", "albedo", "mu0"), most(cases("pp_layers_radiance.csv", "case", "albedo", "mu0"), 4))
-def test_layers(case: str, albedo: str, mu0: str) -> None:
+def test_layers(case, albedo, mu0):
     """Peaked and absorbing layers, total and order by order; the table claims 1e-4 itself for L3 at mu0 = 0.2."""
     table = of("pp_layers_radiance.csv", case=case, albedo=albedo, mu0=mu0)
     mu, azimuth = np.unique(column(table, "mu")), np.unique(column(table, "phi_deg"))
@@ -101,20 +96,17 @@ def test_layers(case: str, albedo: str, mu0: str) -> None:
 SPHERICAL = cases("spherical_radiance.csv", "case", "wavelength_nm", "albedo", "sza_deg")
 
 
-CALCMYSKY: dict[str, Callable] = {
-    "calcmysky_rayleigh.csv": atmospheres.molecules_only,
-    "calcmysky_sample.csv": atmospheres.sample,
-}
+CALCMYSKY = {"calcmysky_rayleigh.csv": atmospheres.molecules_only, "calcmysky_sample.csv": atmospheres.sample}
 
 
-def tool_cases() -> list[tuple[str, ...]]:
+def tool_cases():
     """Tables and their suns above 10 degrees."""
     found = [(name, *key) for name in CALCMYSKY for key in cases(name, "wavelength_nm", "albedo", "mu0")]
     return [key for key in found if float(key[3]) > 0.17]
 
 
 @pytest.mark.parametrize(("name", "wavelength", "albedo", "mu0"), most(tool_cases(), 4))
-def test_four_orders_of_the_tool(name: str, wavelength: str, albedo: str, mu0: str) -> None:
+def test_four_orders_of_the_tool(name, wavelength, albedo, mu0):
     """The tool's own order 1 and our next three; its README counts on 1 %, which it needs itself at the horizon."""
     table = of(name, wavelength_nm=wavelength, albedo=albedo, mu0=mu0)
     medium = dataclasses.replace(CALCMYSKY[name]([float(wavelength)], float(albedo)), n_orders=4)

@@ -1,9 +1,5 @@
 """Animations and background skies made by hand."""
 
-from __future__ import annotations
-
-from typing import Any
-
 import numpy as np
 
 from aomc_sky.skies.lobes.background import BackgroundSky
@@ -12,9 +8,7 @@ from aomc_sky.skies.lobes.file.data import KINDS, Animation, ReferenceType
 DAY = 86400.0
 
 
-def animation(
-    times: list[float], coefficients: list[float], reference: ReferenceType = ReferenceType.DIURNAL, **changes: Any
-) -> Animation:
+def animation(times, coefficients, reference=ReferenceType.DIURNAL, **changes):
     """Keys at these times [days]: lobes of Henyey and Greenstein that point up, of the first curve."""
     n = len(times)
     kinds = changes.pop("kind", ("hg",) * n)
@@ -32,7 +26,7 @@ def animation(
     return Animation(**{**given, **changes})
 
 
-def background(*animations: Animation, utc_offset_h: float = 0.0, **named: Animation) -> BackgroundSky:
+def background(*animations, utc_offset_h=0.0, **named):
     """A sky of two curves, the second of them even."""
     return BackgroundSky(
         animations={f"a{i}": one for i, one in enumerate(animations)} | named,

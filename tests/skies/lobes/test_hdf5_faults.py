@@ -1,7 +1,5 @@
 """Row 40 of the matrix: background-sky files that point elsewhere, lie about their size, or are damaged."""
 
-from __future__ import annotations
-
 import zlib
 from functools import partial
 
@@ -24,7 +22,7 @@ sparse = partial(hdf5_damage.sparse, **DATASET)
 bomb = partial(hdf5_damage.bomb, **DATASET, n_bytes=2**26)
 
 
-def curves(value, file) -> None:
+def curves(value, file):
     del file["SpectralCurves"]
     file["SpectralCurves"] = value
 
@@ -33,11 +31,11 @@ soft_link = partial(curves, h5py.SoftLink("/nowhere"))
 texts = partial(curves, np.array([[b"a", b"b", b"c"]] * 2))
 
 
-def cycle(file) -> None:
+def cycle(file):
     file["LobeAnims/a/loop"] = file["LobeAnims"]
 
 
-def declared_bomb(file) -> None:
+def declared_bomb(file):
     """What gzip makes of 400 MB of zeros, declared as what it is; the chunks are one and the same."""
     del file["SpectralCurves"]
     data = file.create_dataset("SpectralCurves", (10**5, 1000), "f4", chunks=(1000, 1000), compression="gzip")
@@ -46,17 +44,17 @@ def declared_bomb(file) -> None:
         data.id.write_direct_chunk((1000 * k, 0), chunk)
 
 
-def other_filter(file) -> None:
+def other_filter(file):
     del file["SpectralCurves"]
     file.create_dataset("SpectralCurves", data=np.ones((2, 3), "f4"), compression="lzf")
 
 
-def references(file) -> None:
+def references(file):
     del file["SpectralSamples"]
     file.create_dataset("SpectralSamples", data=np.array([None] * 3, h5py.ref_dtype), dtype=h5py.ref_dtype)
 
 
-def ragged(file) -> None:
+def ragged(file):
     del file["SpectralSamples"]
     lists = np.empty(3, object)
     lists[:] = [np.arange(3.0)] * 3

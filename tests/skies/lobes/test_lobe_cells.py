@@ -16,7 +16,7 @@ from aomc_sky.kernels.jit import shared
 from aomc_sky.skies.lobes.kernels import law as plain_lobe
 from aomc_sky.skies.lobes.law import LobeTables
 from tests.support.backend import photons_by
-from tests.support.emitted import both
+from tests.support.emitted import compared, empty
 from tests.support.lobes import lobe_components
 from tests.support.sampled import scene
 
@@ -57,17 +57,8 @@ def scenes():
     return dict(zip(SCENES, chosen, strict=True))
 
 
-def assert_equal(source, start=N // 5, stop=N):
-    compiled, plain = both(source, start, stop)
-    for name, values in compiled.items():
-        np.testing.assert_array_equal(values, plain[name])
-    length = np.sqrt(sum(np.asarray(plain[n], np.float64) ** 2 for n in ("ux", "uy", "uz")))
-    assert np.max(np.abs(length - 1)) < (3e-7 if source.dtype == np.float32 else 6e-16)
-    assert np.all(plain["uz"] < 0)
-
-
 def test_compiled_equals_plain():
-    assert_equal(scene(scenes()["lobes"], N).source(seed=9))
+    compared(scene(scenes()["lobes"], N).source(seed=9), N // 5, N)
 
 
 @pytest.mark.slow
@@ -76,15 +67,14 @@ def test_compiled_equals_plain():
 def test_compiled_equals_plain_everywhere(name, precision):
     chosen = scene(scenes()[name], N)
     for order, placement in itertools.product(("shuffled", "patch"), ("r2", "philox")):
-        assert_equal(chosen.source(seed=9, order=order, placement=placement, precision=precision))
+        compared(chosen.source(seed=9, order=order, placement=placement, precision=precision), N // 5, N)
 
 
 @pytest.mark.parametrize("compiled", [False, True])
 def test_any_split_gives_the_same_photons(compiled):
     source = scene(scenes()["lobes"], N).source(seed=4)
     fill = source._emitter.fill_compiled if compiled else source._emitter.fill_plain
-    kinds = {"ux": np.float32, "uy": np.float32, "uz": np.float32, "patch": np.int32}
-    whole, parts = ({name: np.empty(N, kind) for name, kind in kinds.items()} for _ in range(2))
+    whole, parts = empty(source, N), empty(source, N)
     fill(0, 0, whole)
     for lo, hi in itertools.pairwise((0, 1, 8, N // 7, N // 7 + 3, N // 2, N)):
         fill(0, lo, {name: array[lo:hi] for name, array in parts.items()})
@@ -222,5 +212,5 @@ def test_a_host_takes_lobes_one_at_a_time():
 def test_lobes_of_2_to_the_62_photons(name):
     source = scene(scenes()[name], 2**62).source(seed=9)
     for start in (0, 2**61 + 12345, 2**62 - 500):
-        assert_equal(source, start, start + 500)
+        compared(source, start, start + 500)
     assert source.n_photons(0) == 2**62

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.errors import UsageError
 from aomc_sky.skies.lobes import functions as lobes
 from aomc_sky.skies.lobes.lobe import rotation_matrix
 from aomc_sky.skies.lobes.patches import TiltedLobe
@@ -117,8 +116,3 @@ def test_a_ridge_between_the_points_is_not_seen_without_its_pilot(monkeypatch):
     monkeypatch.setattr(TiltedLobe, "rule", lambda *_: blind)
     mass = lobes.patch_mass(*shape, TILTED, GRID)
     assert abs(mass.sum() - float(lobes.mass_above_horizon(*shape, TILTED))) > 0.1
-
-
-def test_bad_arguments_are_refused():
-    with pytest.raises(UsageError, match="weighting"):
-        lobes.patch_mass("ggx", 1.0, 1.0, UP, GRID, weighting="cosine")

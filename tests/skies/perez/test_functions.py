@@ -1,14 +1,12 @@
 """Functions of the Perez sky against 40-digit arithmetic, the paper's text and what the model cannot do."""
 
-from __future__ import annotations
-
 import mpmath as mp
 import numpy as np
 import pytest
 
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.perez import functions as perez
-from aomc_sky.skies.perez.coefficients import exp, expm1, log, power
+from aomc_sky.skies.perez.coefficients import exp, power
 from aomc_sky.skies.perez.irradiances import closed_irradiances
 from aomc_sky.skies.perez.table import EPSILON_EDGES, TABLE_1, TEN_THOUSANDTHS
 from tests.reference import perez_exact
@@ -16,7 +14,7 @@ from tests.reference import perez_exact
 EPSILONS = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 8.0)  # one in each bin
 
 
-def test_table_1_has_the_sums_of_the_paper() -> None:
+def test_table_1_has_the_sums_of_the_paper():
     assert TABLE_1.shape == (8, 5, 4)
     assert TABLE_1.sum() == pytest.approx(68.5262, abs=1e-12)
     assert np.abs(TABLE_1).sum() == pytest.approx(702.5774, abs=1e-12)
@@ -25,7 +23,7 @@ def test_table_1_has_the_sums_of_the_paper() -> None:
     assert np.max(np.abs(TEN_THOUSANDTHS / 1e4 - TABLE_1)) < 1e-15
 
 
-def test_bins_include_their_lower_edge() -> None:
+def test_bins_include_their_lower_edge():
     edges = np.array(EPSILON_EDGES)
     np.testing.assert_array_equal(perez.epsilon_bin(edges), np.arange(8))
     np.testing.assert_array_equal(perez.epsilon_bin(np.nextafter(edges[1:], 0)), np.arange(7))
@@ -38,7 +36,7 @@ def test_bins_include_their_lower_edge() -> None:
 @pytest.mark.parametrize(
     ("delta", "zenith"), [("0.02", "0"), ("0.3", "45"), ("1e-9", "45"), ("0.6", "89.99"), ("1", "75")]
 )
-def test_coefficients_to_the_last_bits(row: int, delta: str, zenith: str) -> None:
+def test_coefficients_to_the_last_bits(row, delta, zenith):
     exact = perez_exact.coefficients(row, delta, zenith)
     found = perez.coefficients(EPSILONS[row], float(delta), np.deg2rad(float(zenith)), limits="paper")
     terms = np.abs(TABLE_1[row]) @ np.array([1, 1.6, 1, 1.6])
@@ -65,7 +63,7 @@ HARD = [
 
 
 @pytest.mark.parametrize(("row", "delta", "sun", "xi", "phi"), HARD)
-def test_luminance_to_the_last_bits(row: int, delta: str, sun: str, xi: str, phi: str) -> None:
+def test_luminance_to_the_last_bits(row, delta, sun, xi, phi):
     exact = perez_exact.coefficients(row, delta, sun)
     value, magnitude = perez_exact.luminance(exact, xi, phi, sun)
     angles = np.deg2rad([float(xi), float(phi), float(sun)])
@@ -74,7 +72,7 @@ def test_luminance_to_the_last_bits(row: int, delta: str, sun: str, xi: str, phi
     assert abs(mp.mpf(float(found)) - value) <= 1e-15 * (1 + abs(exact[1]) / mu**2) * magnitude
 
 
-def test_luminance_beyond_the_largest_number_is_infinite() -> None:
+def test_luminance_beyond_the_largest_number_is_infinite():
     for row, delta, sun, xi in ((3, "0.02", "0", "89.99"), (5, "0.55", "89", "89.99")):
         exact = perez_exact.coefficients(row, delta, sun)
         assert exact[1] > 0
@@ -85,7 +83,7 @@ def test_luminance_beyond_the_largest_number_is_infinite() -> None:
         assert perez.relative_radiance(np.pi / 2, 0.3, angles[2], values) == infinite
 
 
-def test_limits_at_the_horizon() -> None:
+def test_limits_at_the_horizon():
     values = np.array([[-0.7, -0.3, 4, -2, 0.2], [-0.7, 0.0, 4, -2, 0.2], [0.0, 0.4, 4, -2, 0.2]])
     second = 1 + 4 * np.exp(-2 * 1.0) + 0.2 * np.cos(1.0) ** 2
     found = perez.relative_radiance(np.pi / 2, 0.0, np.pi / 2 - 1, values)
@@ -94,7 +92,7 @@ def test_limits_at_the_horizon() -> None:
     assert zero == 0  # 0 times an infinite first factor
 
 
-def test_clearness_and_brightness() -> None:
+def test_clearness_and_brightness():
     np.testing.assert_array_equal(perez.sky_clearness([0, 0, 5, -2], [50, 0, 0, 30], 0.5), [1, 1, np.inf, 1])
     z = np.deg2rad(60.0)
     assert perez.sky_clearness(600, 120, z) == pytest.approx(((120 + 600) / 120 + 1.041 * z**3) / (1 + 1.041 * z**3))
@@ -120,23 +118,17 @@ def test_clearness_and_brightness() -> None:
         (lambda: perez.relative_radiance(1.6, 0, 0.5, np.ones(5)), "sky element"),
         (lambda: perez.horizontal_integral([1, 0.1, 1, 1, 1], 0.5), "diverges"),
         (lambda: perez.luminance(1, 0, 0, [-2, 0, 0, 0, 0], zenith_luminance=1.0), "negative overhead"),
+        (lambda: perez.relative_air_mass(0.5, formula="rozenberg"), "kasten"),
+        (lambda: perez.coefficients(1.0, 0.2, 0.5, limits="none"), "paper"),
+        (lambda: perez.luminance(0, 0, 0.5, [1, -1, 1, -1, 0]), "either"),
     ],
 )
-def test_what_the_model_refuses(call, words: str) -> None:
-    with pytest.raises(SceneError, match=words):
+def test_what_the_model_refuses(call, words):
+    with pytest.raises((SceneError, UsageError), match=words):
         call()
 
 
-def test_unknown_choices() -> None:
-    with pytest.raises(UsageError, match="kasten"):
-        perez.relative_air_mass(0.5, formula="rozenberg")
-    with pytest.raises(UsageError, match="paper"):
-        perez.coefficients(1.0, 0.2, 0.5, limits="none")
-    with pytest.raises(UsageError, match="either"):
-        perez.luminance(0, 0, 0.5, [1, -1, 1, -1, 0])
-
-
-def test_gaps_of_a_time_series_stay_gaps() -> None:
+def test_gaps_of_a_time_series_stay_gaps():
     gap = np.array([0.3, np.nan])
     assert np.isnan(perez.sky_clearness([100, np.nan], 100, 0.5)).tolist() == [False, True]
     values = perez.coefficients(2.0, gap, 0.5)
@@ -144,7 +136,7 @@ def test_gaps_of_a_time_series_stay_gaps() -> None:
     assert np.isfinite(values[0]).all()
 
 
-def test_limits_of_radiance() -> None:
+def test_limits_of_radiance():
     floor = perez.limited([1.0, 1.0649, 1.065, 2.7999, 2.8, 20.0], 0.05)[1]
     np.testing.assert_array_equal(floor, [0.05, 0.05, 0.2, 0.2, 0.05, 0.05])
     np.testing.assert_array_equal(perez.limited([1.0, 20.0], [0.0, 3.0]), [[1.0, 12.01], [0.01, 0.6]])
@@ -159,11 +151,11 @@ def test_limits_of_radiance() -> None:
         (50.0, (-1.0, -0.2, 10.0, -4.0, 0.3), 1.59360421007260642),
     ],
 )
-def test_integral_against_many_digits(sun_deg: float, values: tuple[float, ...], integral: float) -> None:
+def test_integral_against_many_digits(sun_deg, values, integral):
     assert perez.horizontal_integral(values, np.deg2rad(sun_deg)) == pytest.approx(integral, rel=1e-11)
 
 
-def test_integral_where_it_is_known() -> None:
+def test_integral_where_it_is_known():
     assert perez.horizontal_integral([0, 0, 0, 0, 0], 0.4) == pytest.approx(np.pi, rel=1e-15)
     assert perez.horizontal_integral([0.5, 0, 1, 0, 0], 1.3) == pytest.approx(3 * np.pi, rel=1e-12)
     # sun overhead, a = 0: 2 pi times the integral of exp(d x) sin x cos x
@@ -172,7 +164,7 @@ def test_integral_where_it_is_known() -> None:
     assert perez.horizontal_integral([0, -1, 4, d, 0], 0.0) == pytest.approx(known, rel=1e-12)
 
 
-def test_luminance_is_scaled_by_either_illuminance() -> None:
+def test_luminance_is_scaled_by_either_illuminance():
     sun, values = 0.7, perez.coefficients(5.0, 0.15, 0.7)
     overhead = perez.luminance(0.0, 0.0, sun, values, diffuse_illuminance=12000.0)
     of_diffuse = perez.luminance(0.9, 1.0, sun, values, diffuse_illuminance=12000.0)
@@ -184,34 +176,14 @@ def test_luminance_is_scaled_by_either_illuminance() -> None:
     assert 2 * np.pi * np.sum(field.mean(axis=1) * mu * w) == pytest.approx(12000, rel=1e-4)
 
 
-def ulps(values: np.ndarray, exact: list[mp.mpf]) -> float:
-    return max(float(abs(mp.mpf(float(f)) - e)) / float(np.spacing(abs(f))) for f, e in zip(values, exact, strict=True))
-
-
-def test_errors_of_elementary_functions_in_ulps() -> None:
-    rng = np.random.default_rng(12)
-    with mp.workdps(50):
-        x = np.concatenate([rng.uniform(-700, 700, 300), rng.uniform(-2, 2, 300)])
-        assert ulps(exp(x), [mp.exp(mp.mpf(float(v))) for v in x]) < 1
-        x = np.concatenate([10 ** rng.uniform(-30, 0, 300), rng.uniform(0, 3, 300), [0.0, 0.5]])
-        assert ulps(expm1(x), [mp.expm1(mp.mpf(float(v))) for v in x]) < 2
-        x = np.concatenate([10 ** rng.uniform(-12, 3, 300), rng.uniform(0.4, 2, 300), [0.5, 1.0, 2.0]])
-        for ten_thousandths in (12375, -16364, -12530):
-            exponent = mp.mpf(ten_thousandths) / 10000
-            assert ulps(power(x, np.full_like(x, ten_thousandths)), [mp.mpf(float(v)) ** exponent for v in x]) < 2
-        for v, head, tail in zip(x, *log(x), strict=True):
-            miss = mp.mpf(float(head)) + mp.mpf(float(tail)) - mp.log(mp.mpf(float(v)))
-            assert abs(miss) < 4e-18 * max(1, abs(head))
-
-
-def test_ends_of_the_range_of_elementary_functions() -> None:
+def test_ends_of_the_range_of_elementary_functions():
     np.testing.assert_array_equal(exp(np.array([-1e9, 1e9, 0.0])), [0, np.inf, 1])
     assert np.isnan(exp(np.array([np.nan]))).all()
     np.testing.assert_array_equal(power(np.zeros(2), np.array([12375.0, -16364.0])), [0, np.inf])
     assert np.isnan(power(np.array([np.nan]), np.array([12375.0]))).all()
 
 
-def test_bits_of_a_coefficient_are_pinned() -> None:
+def test_bits_of_a_coefficient_are_pinned():
     found = (*perez.coefficients(1.0, 0.3, 0.75)[2:4], perez.sky_brightness(100.0, 0.75))
     pinned = ["0x1.a2d16b46a6f5cp+0", "-0x1.ed22514734237p-1", "0x1.9adbd806fd980p-4"]
     assert [float(value).hex() for value in found] == pinned

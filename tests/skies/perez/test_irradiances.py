@@ -1,7 +1,5 @@
 """Two of GHI, DNI and DHI say the third: exact arithmetic, pvlib, the edges, and what no sun can give."""
 
-from __future__ import annotations
-
 import math
 
 import mpmath as mp
@@ -19,7 +17,7 @@ zeniths = st.floats(0.0, 89.9)
 
 
 @given(st.floats(0.0, 1300.0), st.floats(0.0, 49.0), zeniths)
-def test_any_two_give_the_third(dni: float, dhi: float, zenith: float) -> None:
+def test_any_two_give_the_third(dni, dhi, zenith):
     with mp.workdps(40):
         cosine = mp.cos(mp.radians(mp.mpf(zenith)))
         ghi = float(mp.mpf(dhi) + mp.mpf(dni) * cosine)
@@ -35,7 +33,7 @@ def test_any_two_give_the_third(dni: float, dhi: float, zenith: float) -> None:
     assert tuple(map(float, found)) == (dni, dhi)
 
 
-def test_what_an_unlit_instrument_shows_is_0() -> None:
+def test_what_an_unlit_instrument_shows_is_0():
     direct, diffuse = closed_irradiances(ghi=30.0, dhi=-3.0, sun_zenith_deg=80.0)
     assert float(diffuse) == 0
     assert float(direct) == pytest.approx(30 / math.cos(math.radians(80.0)))
@@ -60,7 +58,7 @@ def test_what_an_unlit_instrument_shows_is_0() -> None:
         ({"dni": 0.0, "dhi": 1.0, "sun_zenith_deg": 30.0, "extraterrestrial_normal": 0.0}, "positive"),
     ],
 )
-def test_what_no_sun_can_give(given: dict[str, float], words: str) -> None:
+def test_what_no_sun_can_give(given, words):
     with pytest.raises(SceneError, match=words):
         closed_irradiances(**given)
 
@@ -77,12 +75,12 @@ def test_what_no_sun_can_give(given: dict[str, float], words: str) -> None:
         {"dni": 1000.0, "dhi": 860.0, "sun_zenith_deg": 31.7},
     ],
 )
-def test_what_instruments_differ_by_is_accepted(given: dict[str, float]) -> None:
+def test_what_instruments_differ_by_is_accepted(given):
     direct, diffuse = closed_irradiances(**given)
     assert (direct, diffuse) == (given.get("dni", 0.0), given["dhi"])
 
 
-def test_one_is_not_enough() -> None:
+def test_one_is_not_enough():
     with pytest.raises(UsageError, match="two of ghi, dni and dhi make a sky, got ghi"):
         closed_irradiances(ghi=3.0, sun_zenith_deg=4.0)
 
@@ -92,14 +90,14 @@ GHI = 850.0 * math.cos(0.5) + 95.0
 
 
 @pytest.mark.parametrize("given", [{"ghi": GHI, "dhi": 95.0}, {"ghi": GHI, "dni": 850.0}, {"ghi": 860.0, **CLEAR}])
-def test_a_sky_from_any_two(given: dict[str, float]) -> None:
+def test_a_sky_from_any_two(given):
     one, other = PerezSky(sun_zenith_rad=0.5, **CLEAR), PerezSky(sun_zenith_rad=0.5, **given)
     assert (other.dni, other.dhi) == (pytest.approx(850.0, rel=1e-14), pytest.approx(95.0, rel=1e-12))
     np.testing.assert_allclose(other.model_coefficients, one.model_coefficients, rtol=1e-11)
     assert other.radiance(0.3, 0.2, 550.0) == pytest.approx(float(one.radiance(0.3, 0.2, 550.0)), rel=1e-11)
 
 
-def test_diffuse_light_above_the_global_is_said() -> None:
+def test_diffuse_light_above_the_global_is_said():
     with pytest.warns(ModelLimitWarning, match="its irradiances: dhi 102 exceeds ghi 100"):
         sky = PerezSky(sun_zenith_rad=0.5, ghi=100.0, dhi=102.0)
     assert (sky.dni, sky.dhi) == (0.0, 102.0)

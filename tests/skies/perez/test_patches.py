@@ -1,38 +1,17 @@
 """Patch masses of the Perez sky: two independent routes, every special place of the sun, every kind of patch."""
 
-from __future__ import annotations
-
-import mpmath as mp
 import numpy as np
 import pytest
 
 from aomc_sky.grid import PatchGrid
-from aomc_sky.kernels.arithmetic.elementary import arc
-from aomc_sky.kernels.jit import kernel
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.patches import first_factor_zero, second_factor_zeros
 from aomc_sky.skies.perez.sky import PerezSky
-from tests.skies.perez.test_functions import ulps
 
 pytestmark = pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
 
 
-@kernel
-def _each_arc(x, out):
-    for k in range(x.size):
-        out[k] = arc(x[k])
-
-
-def test_arc_to_the_last_bits() -> None:
-    rng = np.random.default_rng(3)
-    h = np.concatenate([rng.random(400), 10 ** rng.uniform(-30, 0, 400), [0.0, 0.25, 0.5, 0.75, 1.0]])
-    out = np.empty_like(h)
-    _each_arc(h, out)
-    with mp.workdps(50):
-        assert ulps(out, [2 * mp.asin(mp.sqrt(mp.mpf(float(v)))) for v in h]) < 2.1
-
-
-def test_zeros_of_the_factors() -> None:
+def test_zeros_of_the_factors():
     assert first_factor_zero(-0.5, -0.1) == -1
     assert first_factor_zero(-5.0, 0.0) == -1
     zero = first_factor_zero(-3.0, -0.5)
@@ -42,7 +21,7 @@ def test_zeros_of_the_factors() -> None:
     assert 2 * np.arcsin(np.sqrt(roots)) == pytest.approx([np.log(3.0)], rel=1e-12)
 
 
-def test_mirrored_columns_are_equal_and_turning_changes_nothing() -> None:
+def test_mirrored_columns_are_equal_and_turning_changes_nothing():
     grid = PatchGrid.regular(9, 36)
     skies = [
         PerezSky(sun_zenith_rad=0.9, sun_azimuth_rad=np.deg2rad(azimuth), epsilon=5.0, delta=0.15)
@@ -55,7 +34,7 @@ def test_mirrored_columns_are_equal_and_turning_changes_nothing() -> None:
     np.testing.assert_allclose(np.roll(mass[3], 4, axis=1), mass[0], rtol=1e-10)
 
 
-def test_sun_on_edges_and_corners_of_patches() -> None:
+def test_sun_on_edges_and_corners_of_patches():
     grid = PatchGrid.regular(9, 12)
     for zenith, azimuth in ((30.0, 60.0), (30.0, 45.0), (35.0, 60.0), (30.0, 0.0), (30.0, 360.0), (29.9999999, 60.0)):
         sky = PerezSky(sun_zenith_rad=np.deg2rad(zenith), sun_azimuth_rad=np.deg2rad(azimuth), epsilon=8.0, delta=0.05)
@@ -63,7 +42,7 @@ def test_sun_on_edges_and_corners_of_patches() -> None:
         assert sky._integrals(grid)[1] == pytest.approx(known, rel=1e-11)
 
 
-def test_columns_below_zero_and_empty_patches() -> None:
+def test_columns_below_zero_and_empty_patches():
     sky = PerezSky(sun_zenith_rad=0.9, sun_azimuth_rad=0.0, epsilon=8.0, delta=0.1)
     shifted = PatchGrid(
         zenith_bounds_deg=np.array([[0.0, 30.0], [30.0, 30.0], [30.0, 90.0]]),

@@ -1,7 +1,5 @@
 """The Perez sky over its whole input space: a sky of finite numbers, or an error in words."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -20,7 +18,7 @@ limits = st.sampled_from(["radiance", "paper"])
 directions = st.tuples(st.floats(0, np.pi / 2), st.floats(-10, 10))
 
 
-def checked(arguments: dict[str, object], direction: tuple[float, float]) -> None:
+def checked(arguments, direction):
     """A sky keeps its promises, or the error says that nothing shines or which number is too large."""
     try:
         sky = PerezSky(**arguments)

@@ -5,9 +5,6 @@ epsilon = 6.2 falls into the bin below, epsilon = 1.065 exactly escapes the floo
 beyond 12.01 is printed as 12.009.
 """
 
-from __future__ import annotations
-
-import csv
 from functools import cache
 
 import numpy as np
@@ -16,36 +13,33 @@ import pytest
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.sky import PerezSky
-from tests.support.shared import SHARED
+from tests.support.shared import SHARED, csv_rows
 
 FOLDER = SHARED / "perez"
 EPSILONS = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 8.0)
 
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the reference data are not beside the repository")
 
-Row = dict[str, str]
-
 
 @cache
-def rows(name: str) -> list[Row]:
-    with (FOLDER / name).open(newline="") as stream:
-        return list(csv.DictReader(stream))
+def rows(name):
+    return csv_rows(FOLDER / name)
 
 
-def column(table: list[Row], name: str) -> np.ndarray:
+def column(table, name):
     return np.array([float(row[name]) for row in table])
 
 
-def printed(table: list[Row]) -> np.ndarray:
+def printed(table):
     return np.stack([column(table, name) for name in "abcde"], axis=-1)
 
 
-def sun_rad(table: list[Row]) -> np.ndarray:
+def sun_rad(table):
     """The sun as the program took it: never above 87 degrees, never below the horizon."""
     return np.deg2rad(np.clip(column(table, "Z_deg"), 3, 90))
 
 
-def recomputed(table: list[Row]) -> np.ndarray:
+def recomputed(table):
     epsilon, delta = column(table, "eps_in"), column(table, "delta_in")
     epsilon = np.where([row["status"] == "ok_border_in_bin7" for row in table], 5.0, epsilon)
     values = perez.coefficients(epsilon, delta, sun_rad(table))
@@ -55,17 +49,17 @@ def recomputed(table: list[Row]) -> np.ndarray:
     return values
 
 
-def cases() -> dict[str, Row]:
+def cases():
     return {row["case"]: row for row in rows("gendaylit_coefficients.csv") if row["a"]}
 
 
-def test_coefficients_of_gendaylit() -> None:
+def test_coefficients_of_gendaylit():
     table = list(cases().values())
     assert len(table) > 400
     np.testing.assert_allclose(recomputed(table), printed(table), rtol=0, atol=5e-6)
 
 
-def test_clearness_and_brightness_of_gendaylit() -> None:
+def test_clearness_and_brightness_of_gendaylit():
     table = [row for row in rows("gendaylit_irradiance.csv") if row["eps"] and row["a"]]
     assert len(table) > 150
     sun = sun_rad(table)
@@ -78,7 +72,7 @@ def test_clearness_and_brightness_of_gendaylit() -> None:
     np.testing.assert_allclose(perez.coefficients(epsilon, delta, sun), printed(table), rtol=0, atol=5e-6)
 
 
-def test_relative_radiance_of_radiance() -> None:
+def test_relative_radiance_of_radiance():
     table = rows("relative_radiance.csv")
     theta, phi = np.deg2rad(column(table, "theta_deg")), np.deg2rad(column(table, "phi_from_sun_deg"))
     for name in list(table[0])[2:]:
@@ -94,13 +88,13 @@ def test_relative_radiance_of_radiance() -> None:
             np.testing.assert_allclose(found, column(table, name), rtol=tolerance, atol=floor, err_msg=name)
 
 
-def test_normalisation() -> None:
+def test_normalisation():
     table = rows("normalisation.csv")
     found = perez.horizontal_integral(printed(table), sun_rad(table))
     np.testing.assert_allclose(found, column(table, "integral_f_cos"), rtol=1e-11)
 
 
-def test_stress_normalisation() -> None:
+def test_stress_normalisation():
     table = rows("stress_normalisation.csv")
     epsilon = [EPSILONS[int(row["bin"]) - 1] for row in table]
     sun = np.deg2rad(column(table, "Z_deg"))
@@ -109,7 +103,7 @@ def test_stress_normalisation() -> None:
     np.testing.assert_allclose(perez.horizontal_integral(values, sun), column(table, "integral_f_cos"), rtol=1e-11)
 
 
-def test_patch_masses() -> None:
+def test_patch_masses():
     table = rows("patch_mass.csv")
     for name in list(table[0])[4:]:
         case = [cases()[name]]
@@ -120,7 +114,7 @@ def test_patch_masses() -> None:
         np.testing.assert_allclose(mass[:, :17:-1], reference, rtol=1e-10, atol=0)
 
 
-def test_radiance_of_rtrace() -> None:
+def test_radiance_of_rtrace():
     """W m-2 sr-1 with the program's own factor; the ground's share, 0.2 % at 70 degrees, stays out of it."""
     table = rows("rtrace_radiance.csv")
     for name in list(table[0])[2:]:

@@ -1,7 +1,5 @@
 """PerezSky: what it takes, what it tells, and that its radiance and its masses are the same sky."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np
@@ -17,7 +15,7 @@ from aomc_sky.skies.perez.sky import PerezSky
 CLEAR = {"sun_zenith_rad": 0.8, "sun_azimuth_rad": 2.0, "dni": 700.0, "dhi": 90.0}
 
 
-def flux(sky: PerezSky, n: int = 300) -> float:
+def flux(sky, n=300):
     """Integral of the radiance times cos xi over the hemisphere, by points that ignore the sun."""
     x, w = np.polynomial.legendre.leggauss(n)
     mu, w = (x + 1) / 2, w / 2
@@ -26,7 +24,7 @@ def flux(sky: PerezSky, n: int = 300) -> float:
     return float(2 * np.pi * np.sum(value.mean(axis=1) * mu * w))
 
 
-def test_a_sky_from_irradiances_has_their_diffuse_flux() -> None:
+def test_a_sky_from_irradiances_has_their_diffuse_flux():
     sky = PerezSky(**CLEAR)
     assert isinstance(sky, SkyModel)
     assert sky_model("perez") is PerezSky
@@ -38,7 +36,7 @@ def test_a_sky_from_irradiances_has_their_diffuse_flux() -> None:
     assert sky.relative_integral == pytest.approx(integral, rel=1e-11)
 
 
-def test_the_three_inputs_agree() -> None:
+def test_the_three_inputs_agree():
     by_weather = PerezSky(**CLEAR)
     sun = {"sun_zenith_rad": 0.8, "sun_azimuth_rad": 2.0}
     by_sky = PerezSky(**sun, epsilon=by_weather.clearness, delta=by_weather.brightness)
@@ -50,7 +48,7 @@ def test_the_three_inputs_agree() -> None:
     assert by_weather.radiance(0.3, 0.1, 500.0) == pytest.approx(float(relative) * 90 / by_sky.relative_integral)
 
 
-def test_skies_compare_hash_and_pickle() -> None:
+def test_skies_compare_hash_and_pickle():
     one = PerezSky(sun_zenith_rad=0.5, coefficients=np.array([1, -1, 2, -2, 0.1]))
     other = PerezSky(sun_zenith_rad=0.5, coefficients=[1, -1, 2, -2, 0.1])
     assert one == other
@@ -59,7 +57,7 @@ def test_skies_compare_hash_and_pickle() -> None:
     assert "1" in repr(one)
 
 
-def test_masses_are_the_integrated_radiance() -> None:
+def test_masses_are_the_integrated_radiance():
     sky = PerezSky(**CLEAR)
     mass = sky.patch_mass(PatchGrid.regular(9, 12))
     assert mass.sum() == pytest.approx(1, rel=1e-13)
@@ -70,7 +68,7 @@ def test_masses_are_the_integrated_radiance() -> None:
     assert sky.patch_mass(part)[0] == pytest.approx(sky.patch_mass(PatchGrid.regular(2, 1))[0], rel=1e-11)
 
 
-def test_no_diffuse_light() -> None:
+def test_no_diffuse_light():
     with pytest.warns(ModelLimitWarning, match="no diffuse part"):
         sky = PerezSky(sun_zenith_rad=0.5, dni=800.0, dhi=0.0)
     assert sky.is_dark
@@ -92,7 +90,7 @@ def test_no_diffuse_light() -> None:
         ({"coefficients": [0.1, 0.5, 1.0, -1.0, 0.0]}, "b = 0.5"),
     ],
 )
-def test_what_was_limited_is_told(arguments: dict[str, object], words: str) -> None:
+def test_what_was_limited_is_told(arguments, words):
     arguments = {"sun_zenith_rad": 0.7, **arguments}
     with pytest.warns(ModelLimitWarning) as told:
         sky = PerezSky(**arguments)
@@ -108,7 +106,7 @@ def test_what_was_limited_is_told(arguments: dict[str, object], words: str) -> N
 
 @pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
 @pytest.mark.parametrize("coefficients", [(-2, 0, 0, 0, 0), (0, 0, -5, 0, 0), (-1, 1, 0, 0, 0)])
-def test_a_sky_without_light_is_an_error(coefficients: tuple[float, ...]) -> None:
+def test_a_sky_without_light_is_an_error(coefficients):
     with pytest.raises(SceneError, match="nowhere positive"):
         PerezSky(sun_zenith_rad=0.3, coefficients=coefficients)
 
@@ -134,15 +132,15 @@ def test_a_sky_without_light_is_an_error(coefficients: tuple[float, ...]) -> Non
         ({"epsilon": 1.0, "delta": 0.2, "limits": "none"}, UsageError, "limits"),
     ],
 )
-def test_what_is_refused(arguments: dict[str, object], error: type[Exception], words: str) -> None:
+def test_what_is_refused(arguments, error, words):
     with pytest.raises(error, match=words):
         PerezSky(**{"sun_zenith_rad": 0.3, **arguments})
 
 
-def test_a_scene_without_the_beam_that_its_sky_knows_says_what_is_missing() -> None:
+def test_a_scene_without_the_beam_that_its_sky_knows_says_what_is_missing():
     from aomc_sky import DirectBeam, Scene
 
-    def notes(*components: object) -> tuple[str, ...]:
+    def notes(*components):
         return Scene(wavebands=[550.0], n_photons=9, components=list(components)).notes
 
     weather = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 120.0, "ghi": 780.0, "dhi": 140.0}
@@ -159,7 +157,7 @@ def test_a_scene_without_the_beam_that_its_sky_knows_says_what_is_missing() -> N
     assert f"add sky.DirectBeam(sun_zenith_deg=40, sun_azimuth_deg=0, strength={share / (1 + share):.4g})" in note
 
 
-def test_irradiances_in_kilowatts_are_warned_of() -> None:
+def test_irradiances_in_kilowatts_are_warned_of():
     with pytest.warns(ModelLimitWarning) as caught:
         PerezSky(sun_zenith_deg=40.0, ghi=0.78, dhi=0.14)
     assert any("irradiances are in W m-2: write 780 for 0.78 kW m-2" in str(warning.message) for warning in caught)
@@ -167,16 +165,16 @@ def test_irradiances_in_kilowatts_are_warned_of() -> None:
         PerezSky(sun_zenith_deg=40.0, ghi=0.78, dhi=0.14, strict=True)
 
 
-def test_points_are_no_patches() -> None:
+def test_points_are_no_patches():
     with pytest.raises(SceneError, match="points or lines"):
         PerezSky(**CLEAR).patch_mass(PatchGrid.lattice(5, 8))
 
 
-def test_radiance_ends_at_the_horizon() -> None:
+def test_radiance_ends_at_the_horizon():
     field = PerezSky(**CLEAR).radiance([np.pi / 2, np.nextafter(np.pi / 2, 2), -0.1], 1.0, 500.0)
     assert field[0] > 0
     np.testing.assert_array_equal(field[1:], [0, 0])
 
 
-def test_a_plain_sky_is_silent() -> None:
+def test_a_plain_sky_is_silent():
     PerezSky(**CLEAR, strict=True).lower([500.0])

@@ -1,17 +1,12 @@
 """Mutated descriptions: read as a whole, or refused at a place inside the file."""
 
-from __future__ import annotations
-
 import warnings
-from pathlib import Path
 
 import numpy as np
-import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.skies.atmosphere.description.data import AtmosphereDescription
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from tests.support.shared import DATA
 
@@ -36,7 +31,7 @@ one_mutation = st.tuples(st.integers(0, 3), st.integers(0, 100), st.integers(0, 
 mutations = st.lists(one_mutation, min_size=1, max_size=4)
 
 
-def mutate(text: str, changes: list[tuple[int, int, int, str]]) -> str:
+def mutate(text, changes):
     """Insert or replace, delete, double or swap pieces and lines."""
     lines = text.split("\n")
     for kind, row, column, piece in changes:
@@ -56,7 +51,7 @@ def mutate(text: str, changes: list[tuple[int, int, int, str]]) -> str:
     return "\n".join(lines)
 
 
-def outcome(path: Path) -> AtmosphereDescription | InputFileError:
+def outcome(path):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -67,9 +62,7 @@ def outcome(path: Path) -> AtmosphereDescription | InputFileError:
 
 @settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 @given(changes=mutations, which=st.integers(0, len(TEXTS) - 1))
-def test_a_mutated_file_is_read_or_refused_at_a_place(
-    changes: list[tuple[int, int, int, str]], which: int, tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_a_mutated_file_is_read_or_refused_at_a_place(changes, which, tmp_path_factory):
     text = mutate(TEXTS[which], changes)
     path = tmp_path_factory.getbasetemp() / "mutated.atmo"
     path.write_bytes(text.encode())

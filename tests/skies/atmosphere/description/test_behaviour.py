@@ -1,17 +1,12 @@
 """What CalcMySky does with a description, row by row: the same here, or a difference that the format's page names."""
 
-from __future__ import annotations
-
-import csv
 import warnings
-from pathlib import Path
 
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning
-from aomc_sky.skies.atmosphere.description.data import AtmosphereDescription
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
-from tests.support.shared import DATA, REPOSITORY, SHARED, needs_shared
+from tests.support.shared import DATA, REPOSITORY, SHARED, csv_rows, needs_shared
 
 TABLE = SHARED / "atmosphere" / "description_parser_behaviour.csv"
 PLAIN = DATA / "atmo" / "good" / "plain.atmo"
@@ -21,7 +16,7 @@ MOLECULES = PLAIN.read_text().split("Absorber")[0].split("Scatterer")[1]
 ALBEDO = "ground albedo: 0.1, 0.1, 0.2, 0.3\n"
 
 # what the tool was given: changes of the plain file; what it did, and after that what we do where it is another thing
-ROWS: dict[str, tuple] = {
+ROWS = {
     "first entry is not version": ([("version: 6\n", ""), ("scattering", "version: 6\nscattering")], REJECTED),
     "version 5": ([("version: 6", "version: 5")], REJECTED),
     '"Version:   6   # text" (case, spaces, comment)': ([("version: 6", "Version:   6   # text")], ACCEPTED),
@@ -81,7 +76,7 @@ ONES = "300,1\n900,1\n"
 TABLES = {"one.csv": ONES, "a:one.csv": ONES, "bright.csv": "300,1.02\n900,1.02\n", "short.csv": "450,0.1\n900,0.1\n"}
 
 
-def written(folder: Path, changes: list[tuple[str, str]]) -> Path:
+def written(folder, changes):
     text = PLAIN.read_text()
     for old, new in changes:
         assert old in text
@@ -93,7 +88,7 @@ def written(folder: Path, changes: list[tuple[str, str]]) -> Path:
     return path
 
 
-def read(path: Path) -> tuple[str, AtmosphereDescription | None]:
+def read(path):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", InputWarning)
         try:
@@ -104,18 +99,17 @@ def read(path: Path) -> tuple[str, AtmosphereDescription | None]:
 
 
 @pytest.mark.parametrize("name", ROWS)
-def test_a_row(name: str, tmp_path: Path) -> None:
+def test_a_row(name, tmp_path):
     changes, *outcomes = ROWS[name]
     assert len(set(outcomes)) == len(outcomes)
     assert read(written(tmp_path, changes))[0] == outcomes[-1]
 
 
 @needs_shared
-def test_the_rows_are_those_of_the_table() -> None:
-    with TABLE.open(newline="") as file:
-        table = {row["input"]: row["what the reference tool did"] for row in csv.DictReader(file)}
+def test_the_rows_are_those_of_the_table():
+    table = {row["input"]: row["what the reference tool did"] for row in csv_rows(TABLE)}
 
-    def kind(text: str) -> str:
+    def kind(text):
         if text.startswith(REJECTED):
             return REJECTED
         if text.startswith(WARNED):
@@ -126,13 +120,13 @@ def test_the_rows_are_those_of_the_table() -> None:
     assert {name: kind(text) for name, text in table.items()} == {name: row[1] for name, row in ROWS.items()}
 
 
-def values(tmp_path: Path, name: str) -> AtmosphereDescription:
+def values(tmp_path, name):
     description = read(written(tmp_path, ROWS[name][0]))[1]
     assert description is not None
     return description
 
 
-def test_what_is_accepted_has_the_same_values(tmp_path: Path) -> None:
+def test_what_is_accepted_has_the_same_values(tmp_path):
     assert values(tmp_path, "scattering orders 2.5").scattering_orders == 2
     twice = values(tmp_path, "wavelengths or solar irradiance twice")
     assert twice.wavelength_nm.tolist() == [400.0, 500.0, 600.0, 700.0]
@@ -143,7 +137,7 @@ def test_what_is_accepted_has_the_same_values(tmp_path: Path) -> None:
     assert values(tmp_path, "two weighted files for solar irradiance").solar_irradiance.tolist() == [3.0] * 4
 
 
-def test_the_page_names_every_difference() -> None:
+def test_the_page_names_every_difference():
     page = (REPOSITORY / "docs/formats/atmo.md").read_text().split("## Differences")[1].lower()
     words = {
         "unknown key in a scatterer section": "unknown key in a section",

@@ -1,11 +1,7 @@
 """A description becomes a medium, with the Moon before the sun and the glow of the ground."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -32,11 +28,11 @@ AU_M = 149_597_870_700.0
 GRID_NM = np.linspace(400.0, 700.0, 7)
 
 
-def source(text: str, line: int = 20) -> SourceText:
+def source(text, line=20):
     return SourceText(text=text, path="sky.atmo", line=line)
 
 
-def air(**changes: object) -> data.ScattererDescription:
+def air(**changes):
     one = data.ScattererDescription(
         name="molecules",
         line=18,
@@ -49,7 +45,7 @@ def air(**changes: object) -> data.ScattererDescription:
     return dataclasses.replace(one, **changes)
 
 
-def aerosol(**changes: object) -> data.ScattererDescription:
+def aerosol(**changes):
     given = {
         "name": "aerosol",
         "number_density": source("return 1.03333e8*exp(-altitude/(1.2*km));", 40),
@@ -60,16 +56,14 @@ def aerosol(**changes: object) -> data.ScattererDescription:
     return air(**(given | changes))
 
 
-def ozone(**changes: object) -> data.AbsorberDescription:
+def ozone(**changes):
     one = data.AbsorberDescription(
         name="ozone", line=60, number_density=source(OZONE, 62), cross_section_m2=np.linspace(1e-26, 4e-25, 7)
     )
     return dataclasses.replace(one, **changes)
 
 
-def description(
-    *species: data.ScattererDescription | data.AbsorberDescription, **changes: object
-) -> data.AtmosphereDescription:
+def description(*species, **changes):
     one = data.AtmosphereDescription(
         path="sky.atmo",
         atmosphere_height_m=120e3,
@@ -90,7 +84,7 @@ def description(
     return dataclasses.replace(one, **changes)
 
 
-def test_a_medium_is_the_one_that_was_built_by_hand() -> None:
+def test_a_medium_is_the_one_that_was_built_by_hand():
     medium, report = read_medium(description(air(), aerosol(), ozone()))
     by_hand = atmospheres.medium_of(
         [atmospheres.molecules(GRID_NM), atmospheres.aerosol(GRID_NM), atmospheres.ozone(GRID_NM, np.zeros(7))], GRID_NM
@@ -112,7 +106,7 @@ def test_a_medium_is_the_one_that_was_built_by_hand() -> None:
     assert report.dropped == ()
 
 
-def test_a_share_of_the_extinction_is_scattering() -> None:
+def test_a_share_of_the_extinction_is_scattering():
     albedo = np.linspace(0.0, 1.0, 7)
     medium, _ = read_medium(description(air(single_scattering_albedo=albedo, angstrom_exponent=-1.5)))
     extinction = 0.04022e-30 * (GRID_NM / 1000.0) ** 1.5
@@ -121,7 +115,7 @@ def test_a_share_of_the_extinction_is_scattering() -> None:
     np.testing.assert_allclose(one.scattering_m2 + one.absorption_m2, extinction, rtol=1e-15)
 
 
-def test_what_scatters_nothing_has_no_phase_function() -> None:
+def test_what_scatters_nothing_has_no_phase_function():
     medium, _ = read_medium(description(air(), aerosol(single_scattering_albedo=np.zeros(7))))
     assert [one.phase_function is None for one in medium.constituents] == [False, True]
 
@@ -130,7 +124,7 @@ TAKEN = [(550.0, [3]), ([700, 400, 401], [0, 6]), ([449.0], [1]), ([501.0, 500.0
 
 
 @pytest.mark.parametrize(("wanted", "index"), [(None, list(range(7))), *TAKEN])
-def test_wavelengths_of_the_file_are_taken_once_and_rise(wanted: object, index: list[int]) -> None:
+def test_wavelengths_of_the_file_are_taken_once_and_rise(wanted, index):
     medium, _ = read_medium(description(air(), ozone()), wanted)
     np.testing.assert_array_equal(medium.wavelength_nm, GRID_NM[index])
     np.testing.assert_array_equal(medium.toa_irradiance, np.linspace(1.5, 1.9, 7)[index])
@@ -138,7 +132,7 @@ def test_wavelengths_of_the_file_are_taken_once_and_rise(wanted: object, index: 
     np.testing.assert_array_equal(medium.constituents[1].absorption_m2, np.linspace(1e-26, 4e-25, 7)[index])
 
 
-def test_other_wavelengths_are_interpolated() -> None:
+def test_other_wavelengths_are_interpolated():
     """Logarithms of positive spectra; a wavelength of the file is itself to the bit, one 1 nm away takes it."""
     medium, _ = read_medium(description(air(), ozone()), [475.0, 499.5, 500.0, 612.5])
     assert medium.wavelength_nm.tolist() == [475.0, 500.0, 612.5]
@@ -150,13 +144,13 @@ def test_other_wavelengths_are_interpolated() -> None:
     np.testing.assert_allclose(ratio, (475 / 500) ** -description(air()).scatterers[0].angstrom_exponent, rtol=1e-13)
 
 
-def test_spectra_with_zeros_are_linear_between_wavelengths() -> None:
+def test_spectra_with_zeros_are_linear_between_wavelengths():
     dark = dataclasses.replace(description(air()), ground_albedo=np.array([0.0, 0.0, 0.2, 0.4, 0.4, 0.4, 0.4]))
     medium, _ = read_medium(dark, [475.0, 425.0])
     np.testing.assert_allclose(medium.ground_albedo, [0.0, 0.1], atol=1e-15)
 
 
-def test_a_phase_function_of_sets_has_no_wavelength_between() -> None:
+def test_a_phase_function_of_sets_has_no_wavelength_between():
     coloured = description(air(phase_function=source("return vec4(1. + 0.*wlSetIndex)/(4*PI);")))
     read_medium(coloured, [400.0, 550.0])
     with pytest.raises(SceneError, match="reads wlSetIndex, so it is known at the wavelengths of the"):
@@ -164,7 +158,7 @@ def test_a_phase_function_of_sets_has_no_wavelength_between() -> None:
 
 
 @pytest.mark.parametrize("path", sorted((INPUTS / "atmosphere").glob("*.atmo")), ids=lambda path: path.stem)
-def test_the_stated_error_of_interpolation(path: Path) -> None:
+def test_the_stated_error_of_interpolation(path):
     """A description thinned to every second wavelength against itself: optical depths, and the sun's irradiance."""
     whole = read_atmo(path)
     if whole.wavelength_nm.size < 12:
@@ -187,12 +181,12 @@ def test_the_stated_error_of_interpolation(path: Path) -> None:
 
 
 @pytest.mark.parametrize("wanted", [[], [0.0], [np.nan], [[400.0]], 398.9, [550.0, 701.1]])
-def test_wavelengths_that_are_none_or_beyond_the_ends_are_refused(wanted: object) -> None:
+def test_wavelengths_that_are_none_or_beyond_the_ends_are_refused(wanted):
     with pytest.raises(SceneError, match=r"positive numbers in nm|(398.9|701.1) nm lies beyond"):
         read_medium(description(air()), wanted)
 
 
-def test_a_phase_function_sees_the_sets_of_four_of_its_file() -> None:
+def test_a_phase_function_sees_the_sets_of_four_of_its_file():
     """Every row is that of its own set, whichever wavelengths are asked for; the last set repeats its last one."""
     text = "return (wavelengths/100. + 10.*wlSetIndex + vec4(0, .1, .2, .3))*(1.5 + dotViewSun/1e3)/(4*PI);"
     coloured = air(phase_function=source(text))
@@ -204,7 +198,7 @@ def test_a_phase_function_sees_the_sets_of_four_of_its_file() -> None:
         np.testing.assert_allclose(report.phase_norm["molecules"], value, rtol=1e-13)
 
 
-def test_blocks_read_the_names_of_the_format() -> None:
+def test_blocks_read_the_names_of_the_format():
     density = """return 1e18*(earthRadius + atmosphereHeight + moonRadius + km + dobsonUnit/1e15 - earthCenter.z
         + sunAngularRadius);"""
     phase = """vec4 x = scatteringCrossSection_molecules/scatteringCrossSection_aerosol.x;
@@ -217,8 +211,8 @@ def test_blocks_read_the_names_of_the_format() -> None:
     np.testing.assert_allclose(report.phase_norm["molecules"], 1.0, rtol=1e-14)
 
 
-def test_species_that_do_not_count_are_dropped_and_told() -> None:
-    def share(factor: float) -> tuple[tuple[str, ...], int]:
+def test_species_that_do_not_count_are_dropped_and_told():
+    def share(factor):
         small = ozone(number_density=source(f"return {factor!r}*3.08458e25*exp(-altitude/(8*km));"))
         same = dataclasses.replace(small, cross_section_m2=0.04022e-30 * (GRID_NM / 1000) ** -4)
         medium, report = read_medium(description(air(), same))
@@ -233,14 +227,14 @@ def test_species_that_do_not_count_are_dropped_and_told() -> None:
     assert read_medium(description(air(), ozone(number_density=source("return 0.;"))))[1].dropped == ("ozone",)
 
 
-def test_a_norm_off_by_more_than_a_hundredth_is_told() -> None:
+def test_a_norm_off_by_more_than_a_hundredth_is_told():
     read_medium(description(air(phase_function=source("return vec4(1.009/(4*PI));"))))
     with pytest.warns(InputWarning, match=r'sky.atmo:33: the phase function of "molecules" has the integral 0.98 '):
         medium, _ = read_medium(description(air(phase_function=source("return vec4(0.98/(4*PI));", 33))))
     np.testing.assert_allclose(medium.constituents[0].phase_function(np.array([0.3]), 0), 1 / (4 * np.pi), rtol=1e-12)
 
 
-def test_achromatic_is_checked() -> None:
+def test_achromatic_is_checked():
     grey = air(phase_function_type=data.PhaseFunctionType.ACHROMATIC)
     read_medium(description(grey))
     text = "return vec4(1)*(1 + wavelengths/1e4*dotViewSun)/(4*PI);"
@@ -248,7 +242,7 @@ def test_achromatic_is_checked() -> None:
         read_medium(description(dataclasses.replace(grey, phase_function=source(text))))
 
 
-def test_the_problems_of_all_blocks_come_together() -> None:
+def test_the_problems_of_all_blocks_come_together():
     bad = (
         air(number_density=source("return altitude - 5.;", 20), phase_function=source("return 1.;", 30)),
         aerosol(number_density=source("return dotViewSun;", 40)),
@@ -262,7 +256,7 @@ def test_the_problems_of_all_blocks_come_together() -> None:
 
 
 @pytest.mark.parametrize("path", sorted((INPUTS / "atmosphere").glob("*.atmo")), ids=lambda path: path.stem)
-def test_the_examples_are_media_without_a_word(path: Path) -> None:
+def test_the_examples_are_media_without_a_word(path):
     medium, report = read_medium(read_atmo(path))
     assert medium.wavelength_nm.size > 0
     assert report.dropped == ()
@@ -270,22 +264,22 @@ def test_the_examples_are_media_without_a_word(path: Path) -> None:
         np.testing.assert_allclose(norm, 1.0, rtol=1e-2)
 
 
-def report(**more: Any) -> MediumReport:
+def report(**more):
     return MediumReport(optical_depth={}, phase_norm={}, dropped=(), **more)
 
 
-def placed(direction: dict[str, float], **of_report: float) -> Any:
+def placed(direction, **of_report):
     """The Moon there, before a sun at 45 degrees."""
     return moon_of_direction(MoonDirection(**direction), molecules_only(550.0, 0.1), report(**of_report), 45.0, 0.0)
 
 
-def test_angles_and_offsets() -> None:
+def test_angles_and_offsets():
     assert MoonDirection(zenith_deg=50.0).angles(40.0, 90.0) == (50.0, 0.0)
     assert MoonDirection(zenith_offset_deg=-0.5, azimuth_offset_deg=0.25).angles(40.0, 90.0) == (39.5, 0.25)
     assert MoonDirection(azimuth_deg=100.0).angles(40.0, 90.0) == (40.0, 10.0)
 
 
-def test_options_win_angle_by_angle() -> None:
+def test_options_win_angle_by_angle():
     file = MoonDirection(zenith_offset_deg=0.1, azimuth_deg=20.0, distance_km=4e5)
     both = MoonDirection(zenith_deg=30.0, azimuth_deg=20.0, distance_km=4e5)
     assert file.under(MoonDirection(zenith_deg=30.0)) == both
@@ -294,32 +288,32 @@ def test_options_win_angle_by_angle() -> None:
 
 
 @pytest.mark.parametrize("zenith", [0.0, 60.0, 90.0, 120.0])
-def test_distance_between_the_centres_becomes_that_of_the_observer(zenith: float) -> None:
+def test_distance_between_the_centres_becomes_that_of_the_observer(zenith):
     moon = placed({"zenith_deg": zenith}, moon_distance_m=3.844e8)
     assert np.linalg.norm(moon.centre_m(6.371e6)) == pytest.approx(3.844e8, rel=1e-12)
     assert placed({"zenith_deg": zenith, "distance_km": 365e3}).distance_m == 3.65e8
 
 
-def test_no_moon_without_a_place_and_none_without_a_distance() -> None:
+def test_no_moon_without_a_place_and_none_without_a_distance():
     assert placed({}) is None
     for of_report, message in (({}, "distance of the Moon is missing"), ({"moon_distance_m": 6e6}, "inside the earth")):
         with pytest.raises(SceneError, match=message):
             placed({"zenith_deg": 1.0}, **of_report)
 
 
-def test_luminance_times_spectrum() -> None:
+def test_luminance_times_spectrum():
     spectrum = np.array([2e-5, 1e-6])
     np.testing.assert_array_equal(glow_of_luminance(0.5, report(ground_glow=spectrum), "a"), 0.5 * spectrum)
     assert glow_of_luminance(0.0, report(), "a") is None
     for bad in (-1.0, math.nan, "bright", 1.0):  # the last one without a spectrum
         with pytest.raises(SceneError):
-            glow_of_luminance(bad, report(), "a")  # type: ignore[arg-type]
+            glow_of_luminance(bad, report(), "a")
 
 
 @pytest.mark.parametrize(
     "moon", [{}, 3, {"zenith": 1.0}, {"zenith_deg": 1.0, "zenith_offset_deg": 1.0}, {"zenith_deg": 181.0}]
 )
-def test_wrong_moons(moon: Any) -> None:
+def test_wrong_moons(moon):
     with pytest.raises(UsageError, match=r"[mM]oon"):
         aomc_sky.solve_atmosphere(
             INPUTS / "light_polluted" / "air.atmo", wavelength_nm=450.0, sun_zenith_deg=40.0, sky_zenith_deg=[20.0],
@@ -328,12 +322,12 @@ def test_wrong_moons(moon: Any) -> None:
 
 
 @pytest.mark.parametrize("given", [{"ground_luminance_cd_m2": 1.0}, {"orders": 1.0}])
-def test_lights_without_an_atmosphere_are_refused(given: dict[str, float]) -> None:
+def test_lights_without_an_atmosphere_are_refused(given):
     with pytest.raises(UsageError, match=r"used only with|no input 'orders'"):
         aomc_sky.read_scene(INPUTS / "overcast" / "amc.inp", atmosphere=given)
 
 
-def night_scene(folder: Path, more: str) -> Path:
+def night_scene(folder, more):
     """The scene `eclipse` in a folder, with order 1 alone, few patches, and other lines in sky.toml."""
     folder.mkdir(exist_ok=True)
     amc = copy_scene("eclipse", folder)
@@ -345,14 +339,14 @@ def night_scene(folder: Path, more: str) -> Path:
 SUN = "[sun]\nzenith_deg = 55\nazimuth_deg = 90\n"
 
 
-def test_a_scene_says_that_the_moon_hides_nothing(tmp_path: Path) -> None:
+def test_a_scene_says_that_the_moon_hides_nothing(tmp_path):
     scene = aomc_sky.read_scene(night_scene(tmp_path, f"moon_zenith_deg = 20\n{SUN}"))
     assert any("hides no part" in note for note in scene.notes)
     assert scene.options["atmosphere"]["eclipse"] is None
 
 
 @pytest.mark.slow
-def test_an_eclipse_of_the_file_is_that_of_the_options(tmp_path: Path) -> None:
+def test_an_eclipse_of_the_file_is_that_of_the_options(tmp_path):
     moon = "moon_zenith_offset_deg = 0.1\nmoon_azimuth_deg = 90.2\n"
     file = aomc_sky.read_scene(night_scene(tmp_path / "a", moon + SUN))
     given = {"moon_zenith_deg": 55.1, "moon_azimuth_offset_deg": 0.2}

@@ -1,7 +1,5 @@
 """Descriptions of an atmosphere: good files say what they say, bad ones get the message beside them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +9,14 @@ from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.skies.atmosphere.description import keys as all_keys
-from aomc_sky.skies.atmosphere.description.data import AtmosphereDescription, PhaseFunctionType
+from aomc_sky.skies.atmosphere.description.data import PhaseFunctionType
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from tests.support.shared import DATA, REPOSITORY
 
 PLAIN = DATA / "atmo" / "good" / "plain.atmo"
 
 
-def changed(tmp_path: Path, *changes: tuple[str, str]) -> Path:
+def changed(tmp_path, *changes):
     text = PLAIN.read_text()
     for old, new in changes:
         assert old in text
@@ -28,20 +26,20 @@ def changed(tmp_path: Path, *changes: tuple[str, str]) -> Path:
     return path
 
 
-def codes_of(path: Path, **options: object) -> list[str]:
+def codes_of(path, **options):
     with pytest.raises(InputFileError) as caught:
-        read_atmo(path, **options)  # type: ignore[arg-type]
+        read_atmo(path, **options)
     return [problem.code for problem in caught.value.problems]
 
 
-def test_the_pages_name_every_key() -> None:
+def test_the_pages_name_every_key():
     pages = ("docs/formats/atmo.md", "docs/models/atmosphere_options.md")
     page = "".join((REPOSITORY / name).read_text().lower() for name in pages)
     keys = {*all_keys.TOP_KEYS, *all_keys.SCATTERER_KEYS, *all_keys.ABSORBER_KEYS, *all_keys.DIRECTIVES}
     assert {key for key in (*keys, all_keys.SCATTERER_DIRECTIVE) if f"`{key}`" not in page} == set()
 
 
-def test_plain_file_word_for_word() -> None:
+def test_plain_file_word_for_word():
     d = read_atmo(PLAIN)
     assert d.path == str(PLAIN)
     assert (d.atmosphere_height_m, d.earth_radius_m) == (120_000.0, 6_371_000.0)
@@ -66,14 +64,14 @@ def test_plain_file_word_for_word() -> None:
     assert (ozone.line, ozone.number_density.text) == (22, "        return 1e18;")
 
 
-def test_blanks_byte_order_mark_and_line_ends_change_nothing() -> None:
+def test_blanks_byte_order_mark_and_line_ends_change_nothing():
     plain, other = read_atmo(PLAIN), read_atmo(PLAIN.with_name("crlf_bom_tabs.atmo"))
     for name in ("wavelength_nm", "solar_irradiance", "ground_albedo"):
         np.testing.assert_array_equal(getattr(plain, name), getattr(other, name))
     assert [part.number_density.text for part in plain.species] == [part.number_density.text for part in other.species]
 
 
-def test_every_key_is_kept() -> None:
+def test_every_key_is_kept():
     d = read_atmo(PLAIN.with_name("every_key.atmo"))
     assert tuple(d.sizes) == all_keys.SIZES
     assert len(set(d.sizes.values())) >= 18
@@ -90,7 +88,7 @@ def test_every_key_is_kept() -> None:
     assert d.glow_luminance_cd_m2 == pytest.approx(1.0, abs=1e-4)
 
 
-def test_tables_are_summed_by_their_weights() -> None:
+def test_tables_are_summed_by_their_weights():
     d = read_atmo(PLAIN.with_name("files.atmo"))
     # grass: bins [400, 450], [450, 550], [550, 650], [650, 740], cut at its ends; snow falls by 1e-4 per nm, and
     # the last of its bins goes to 750 nm
@@ -102,14 +100,14 @@ def test_tables_are_summed_by_their_weights() -> None:
     assert not any(spectrum.flags.writeable for spectrum in (d.solar_irradiance, d.ground_albedo))
 
 
-def test_weighted_files_add_to_a_whole_one(tmp_path: Path) -> None:
+def test_weighted_files_add_to_a_whole_one(tmp_path):
     (tmp_path / "a.csv").write_text("300,0.25\n800,0.25\n")
     change = ("ground albedo: 0.1, 0.1, 0.2, 0.3", "ground albedo: file a.csv\nground albedo: weighted file -0.5 a.csv")
     assert read_atmo(changed(tmp_path, change)).ground_albedo.tolist() == [0.125] * 4
 
 
-def test_the_glow_is_scaled_to_one_candela(tmp_path: Path) -> None:
-    def glow(text: str) -> AtmosphereDescription:
+def test_the_glow_is_scaled_to_one_candela(tmp_path):
+    def glow(text):
         lines = f"light pollution relative radiance: {text}\nground albedo"
         return read_atmo(changed(tmp_path, ("ground albedo", lines)))
 
@@ -124,7 +122,7 @@ def test_the_glow_is_scaled_to_one_candela(tmp_path: Path) -> None:
     assert glow("0, 0, 0, 0").ground_glow is None
 
 
-def test_warnings_name_what_is_odd(tmp_path: Path) -> None:
+def test_warnings_name_what_is_odd(tmp_path):
     path = changed(
         tmp_path,
         ("scattering orders: 4", "scattering orders: 3\nscatering orders: 7\nscattering orders: 5"),
@@ -143,7 +141,7 @@ def test_warnings_name_what_is_odd(tmp_path: Path) -> None:
         assert any(piece in str(warning.message) for warning in caught)
 
 
-def test_a_link_to_the_description_shows_the_tables_beside_the_link(tmp_path: Path) -> None:
+def test_a_link_to_the_description_shows_the_tables_beside_the_link(tmp_path):
     """A path counts from the name that the user gave, as everywhere on a Unix system."""
     (tmp_path / "real").mkdir()
     (tmp_path / "real" / "sun.csv").write_text("300,1\n800,1\n")
@@ -157,7 +155,7 @@ PARTS = ("..", ".", "", "home", "inside", "outside", "out", "in", "up", "t.csv",
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(parts=st.lists(st.sampled_from(PARTS), min_size=1, max_size=6), start=st.sampled_from(("", "/", "ROOT/")))
-def test_no_path_reaches_a_table_outside(parts: list[str], start: str, tmp_path: Path) -> None:
+def test_no_path_reaches_a_table_outside(parts, start, tmp_path):
     home = tmp_path / "home"
     if not home.exists():
         (home / "inside").mkdir(parents=True)
@@ -181,7 +179,7 @@ def test_no_path_reaches_a_table_outside(parts: list[str], start: str, tmp_path:
         assert found.solar_irradiance.tolist() == [0.5] * 4
 
 
-def test_problems_of_all_places_come_in_one_go(tmp_path: Path) -> None:
+def test_problems_of_all_places_come_in_one_go(tmp_path):
     (tmp_path / "sun.csv").write_text("300,1\n200,1\nx,1\n")
     path = changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file sun.csv"), ("120 km", "120"), ("1e-25, 5e-25", "1e-25"))
     with pytest.raises(InputFileError) as caught:
@@ -190,13 +188,13 @@ def test_problems_of_all_places_come_in_one_go(tmp_path: Path) -> None:
     assert places == [("changed.atmo", 2), ("changed.atmo", 28), ("sun.csv", 2), ("sun.csv", 3)]
 
 
-def test_code_is_not_evaluated_nor_stripped_of_anything(tmp_path: Path) -> None:
+def test_code_is_not_evaluated_nor_stripped_of_anything(tmp_path):
     code = '  #include <x> # } : {\n\treturn system("rm"); while(true); \u00e9\n'
     d = read_atmo(changed(tmp_path, ("        return 1e18;\n", code)))
     assert d.absorbers[0].number_density.text == code.rstrip("\n")
 
 
-def test_a_missing_file_is_told(tmp_path: Path) -> None:
+def test_a_missing_file_is_told(tmp_path):
     assert codes_of(tmp_path / "none.atmo") == ["E100"]
     assert codes_of(tmp_path) == ["E100"]
     assert codes_of(changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file "))) == ["E401"]
@@ -215,7 +213,7 @@ def test_a_missing_file_is_told(tmp_path: Path) -> None:
         ("1e-27, 1e-25, 5e-25, 1e-25", "ozone", "8e18 molecules per cm2, m2 molecule-1", ""),
     ],
 )
-def test_a_unit_in_a_comment_of_a_table(tmp_path: Path, old: str, key: str, head: str, found: str) -> None:
+def test_a_unit_in_a_comment_of_a_table(tmp_path, old, key, head, found):
     """A table of another unit than that of its key was read as if it had that one."""
     (tmp_path / f"{key}.csv").write_text(f"# {head}\n300,0.1\n900,0.1\n")
     path = changed(tmp_path, (old, f"file {key}.csv"))
@@ -227,14 +225,14 @@ def test_a_unit_in_a_comment_of_a_table(tmp_path: Path, old: str, key: str, head
     assert found in str(caught.value)
 
 
-def test_wavelengths_of_a_table_in_another_unit_are_asked_about(tmp_path: Path) -> None:
+def test_wavelengths_of_a_table_in_another_unit_are_asked_about(tmp_path):
     for factor, unit in ((1e-3, "micrometres"), (10, "angstroms")):
         (tmp_path / "sun.csv").write_text(f"{300 * factor:g},1\n{900 * factor:g},1\n")
         with pytest.raises(InputFileError, match=f"(?s)E408.*{unit}"):
             read_atmo(changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file sun.csv")))
 
 
-def test_gaps_of_a_table_are_no_light(tmp_path: Path) -> None:
+def test_gaps_of_a_table_are_no_light(tmp_path):
     """999 is in the range of the sun's irradiance."""
     (tmp_path / "sun.csv").write_text("300,1.5\n500,999\n900,1.4\n")
     with pytest.raises(InputFileError, match=r"E404.*1 value is 999, and the next one is 1.5; is 999 a gap"):

@@ -1,22 +1,17 @@
 """Random code blocks: the same bits as Python's own arithmetic, and never a traceback for any text."""
 
-from __future__ import annotations
-
 import math
 import operator
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aomc_sky.errors import InputFileError, Problem
+from aomc_sky.errors import InputFileError
 from tests.support.blocks import FIRST_LINE, GIVEN, at, density_block
 
-Law = Callable[[float], Any]
 MAX_INT = 2**31 - 1
 
 
@@ -29,13 +24,13 @@ class Term:
     """An expression as text and as a function of one altitude."""
 
     text: str
-    law: Law
+    law: object
 
 
-def defined(law: Callable[[np.float64, np.float64], np.float64]) -> Callable[[float, float], float]:
+def defined(law):
     """Python's operator in float64, where it gives a number."""
 
-    def law_of(left: float, right: float) -> float:
+    def law_of(left, right):
         with np.errstate(all="ignore"):
             result = float(law(np.float64(left), np.float64(right)))
         if math.isnan(result):
@@ -45,19 +40,19 @@ def defined(law: Callable[[np.float64, np.float64], np.float64]) -> Callable[[fl
     return law_of
 
 
-def whole(value: int) -> int:
+def whole(value):
     if abs(value) > MAX_INT:
         raise RefusedError
     return value
 
 
-def whole_quotient(left: int, right: int) -> int:
+def whole_quotient(left, right):
     if right == 0:
         raise RefusedError
     return whole(int(math.copysign(1, left) * math.copysign(1, right)) * (abs(left) // abs(right)))
 
 
-def root(value: float) -> float:
+def root(value):
     if value < 0.0:
         raise RefusedError
     return math.sqrt(value)
@@ -80,35 +75,34 @@ COMPARED = {
 }  # fmt: skip
 
 
-def joined(laws: dict[str, Any], sign: str, left: Term, right: Term) -> Term:
+def joined(laws, sign, left, right):
     return Term(f"({left.text} {sign} {right.text})", lambda h: laws[sign](left.law(h), right.law(h)))
 
 
-def negated(one: Term) -> Term:
+def negated(one):
     return Term(f"(-{one.text})", lambda h: -one.law(h))
 
 
-def applied(function: tuple[str, Callable[..., Any]], *terms: Term) -> Term:
+def applied(function, *terms):
     name, law = function
     return Term(f"{name}({', '.join(t.text for t in terms)})", lambda h: law(*(t.law(h) for t in terms)))
 
 
-def chosen(condition: Term, yes: Term, no: Term) -> Term:
+def chosen(condition, yes, no):
     return Term(f"({condition.text} ? {yes.text} : {no.text})", lambda h: yes.law(h) if condition.law(h) else no.law(h))
 
 
-def logic(sign: str, left: Term, right: Term) -> Term:
+def logic(sign, left, right):
     if sign == "&&":
         return Term(f"({left.text} && {right.text})", lambda h: left.law(h) and right.law(h))
     return Term(f"({left.text} || {right.text})", lambda h: left.law(h) or right.law(h))
 
 
-Terms = st.SearchStrategy[Term]
 FOUR = st.sampled_from("+-*/")
 DEPTH = 4
 
 
-def ints_of(depth: int) -> Terms:
+def ints_of(depth):
     numbers = st.integers(0, 50).map(lambda k: Term(str(k), lambda h: k))
     plain = numbers | st.just(Term("wlSetIndex", lambda h: 1))
     if not depth:
@@ -122,7 +116,7 @@ def ints_of(depth: int) -> Terms:
     )
 
 
-def floats_of(depth: int) -> Terms:
+def floats_of(depth):
     numbers = st.floats(0, 1e3, allow_nan=False, allow_subnormal=False)
     plain = st.one_of(
         st.just(Term("altitude", lambda h: h)),
@@ -144,7 +138,7 @@ def floats_of(depth: int) -> Terms:
     )
 
 
-def bools_of(depth: int) -> Terms:
+def bools_of(depth):
     plain = st.builds(joined, st.just(COMPARED), st.sampled_from(sorted(COMPARED)), floats_of(0), floats_of(0))
     if not depth:
         return plain
@@ -160,7 +154,7 @@ def bools_of(depth: int) -> Terms:
 ints, floats, bools = ints_of(DEPTH), floats_of(DEPTH), bools_of(DEPTH)
 
 
-def agree(text: str, term: Term, altitudes: list[float]) -> None:
+def agree(text, term, altitudes):
     """One altitude at which a term has no value makes the block refuse."""
     try:
         wanted = [float(term.law(h)) for h in altitudes]
@@ -175,12 +169,12 @@ LANES = st.lists(st.floats(0, 1e5, allow_nan=False), min_size=1, max_size=5)
 
 
 @given(floats, LANES)
-def test_an_expression_has_the_bits_of_python(term: Term, altitudes: list[float]) -> None:
+def test_an_expression_has_the_bits_of_python(term, altitudes):
     agree(f"return {term.text};", term, altitudes)
 
 
 @given(bools, floats, floats, LANES)
-def test_a_branch_has_the_bits_of_python(condition: Term, yes: Term, no: Term, altitudes: list[float]) -> None:
+def test_a_branch_has_the_bits_of_python(condition, yes, no, altitudes):
     from_zero = Term("", lambda h: 0.0 + no.law(h))
     text = f"float x = 0; if({condition.text}) x = {yes.text}; else {{ x += {no.text}; }} return x;"
     agree(text, chosen(condition, yes, from_zero), altitudes)
@@ -195,9 +189,9 @@ WORDS = [*_WORDS.split(), "\n", "\0", "\u00e9"]
 
 
 @given(st.lists(st.sampled_from(WORDS), max_size=60))
-def test_any_text_is_a_block_or_an_error_of_its_file(words: list[str]) -> None:
+def test_any_text_is_a_block_or_an_error_of_its_file(words):
     for text in (" ".join(words), "".join(words), f"float x = 1, y; int i; return {' '.join(words)};"):
-        problems: tuple[Problem, ...] = ()
+        problems = ()
         try:
             assert density_block(text)(np.array([0.0, 1.0, 2e4]), GIVEN).shape == (3,)
         except InputFileError as error:

@@ -1,7 +1,5 @@
 """What is not in the language is refused at its place; what is written to hurt, in bounded steps, depth and memory."""
 
-from __future__ import annotations
-
 import contextlib
 import inspect
 import subprocess
@@ -18,7 +16,7 @@ from tests.support.blocks import GIVEN, at, density_block, phase_block
 from tests.support.limits import MOST_CPU_S
 
 
-def problems_of(text: str) -> tuple[str, ...]:
+def problems_of(text):
     with pytest.raises(InputFileError) as caught:
         density_block(text)
     assert all(problem.code == "E403" for problem in caught.value.problems)
@@ -90,7 +88,7 @@ def problems_of(text: str) -> tuple[str, ...]:
         ("vec2 v = vec2(1); v.xx = vec2(2); return 1.;", "10:19: a component is named twice on the left of ="),
     ],
 )
-def test_one_problem(text: str, wanted: str) -> None:
+def test_one_problem(text, wanted):
     found = problems_of(text)
     assert len(found) == 1, found
     assert found[0].startswith(wanted), found[0]
@@ -104,15 +102,15 @@ def test_one_problem(text: str, wanted: str) -> None:
         ("flot @ = 1.;\n#define x\nreturn 010;", "10:6: 11:1: 12:8:"),  # characters before statements
     ],
 )
-def test_a_block_tells_all_its_problems_in_their_order(text: str, places: str) -> None:
+def test_a_block_tells_all_its_problems_in_their_order(text, places):
     assert [one.split(" ")[0] for one in problems_of(text)] == places.split()
 
 
-def test_a_thousand_problems_end_at_once() -> None:
+def test_a_thousand_problems_end_at_once():
     assert len(problems_of("x = 1;" * 1000)) == MAX_PROBLEMS_SHOWN + 1
 
 
-def test_the_caret_stands_below_the_name() -> None:
+def test_the_caret_stands_below_the_name():
     with pytest.raises(InputFileError) as caught:
         density_block("float h = altitude/km;\n  return exp(-hh);")
     assert str(caught.value) == (
@@ -122,14 +120,14 @@ def test_the_caret_stands_below_the_name() -> None:
     )
 
 
-def test_a_phase_function_gives_four_values() -> None:
+def test_a_phase_function_gives_four_values():
     with pytest.raises(InputFileError, match=r"is a float, not a vec4\n.*\n.*write vec4\(\.\.\.\) around it"):
         phase_block("return 1.;")
     with pytest.raises(InputFileError, match="the name altitude is not known"):
         phase_block("return vec4(altitude);")
 
 
-def test_nothing_of_a_block_reaches_python() -> None:
+def test_nothing_of_a_block_reaches_python():
     for text in (
         "__import__('os').system('true')",
         "().__class__",
@@ -158,7 +156,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_a_hostile_block_is_refused(name: str) -> None:
+def test_a_hostile_block_is_refused(name):
     text, words = HOSTILE[name]
     began = time.process_time()
     with pytest.raises(InputFileError, match=words) as caught:
@@ -167,7 +165,7 @@ def test_a_hostile_block_is_refused(name: str) -> None:
     assert time.process_time() - began < MOST_CPU_S
 
 
-def test_what_is_long_and_honest_is_worked_out() -> None:
+def test_what_is_long_and_honest_is_worked_out():
     assert at("return " + "+".join(["altitude"] * 5000) + ";", 2.0) == [10_000.0]
     assert at("return " + "true ? 1. : " * 2000 + "2.;", 0.0) == [1.0]
     ladder = "if(altitude < 0.) return 0.; " + "".join(f"else if(altitude < {k}.) return {k}.; " for k in range(1, 999))
@@ -179,7 +177,7 @@ def test_what_is_long_and_honest_is_worked_out() -> None:
     assert at(f"{many} return a7;", 5.0) == [5.0]
 
 
-def test_the_limits_are_met_exactly() -> None:
+def test_the_limits_are_met_exactly():
     fits = "return 1.;".ljust(MAX_BLOCK_BYTES)
     assert at(fits, 0.0) == [1.0]
     for one_more in (fits + " ", "return 1.;//".ljust(MAX_BLOCK_BYTES - 1) + "\xe9"):
@@ -207,7 +205,7 @@ NESTS = {
 
 
 @pytest.mark.parametrize("name", NESTS)
-def test_at_every_depth_there_is_a_value_or_an_error_of_the_file(name: str) -> None:
+def test_at_every_depth_there_is_a_value_or_an_error_of_the_file(name):
     """Also on a stack that is nearly half full already: the deepest block needs less than 600 frames of 1000."""
     accepted = []
     for n in (1, *range(15, 20), *range(30, 36), *range(45, 53), *range(92, MAX_NESTING + 1)):
@@ -252,6 +250,6 @@ print(done)
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the limit of memory and /proc are Linux's")
 @pytest.mark.slow
-def test_no_block_needs_much_memory() -> None:
+def test_no_block_needs_much_memory():
     result = subprocess.run([sys.executable, "-c", _IN_LITTLE_MEMORY], capture_output=True, text=True, check=False)
     assert result.stdout.strip() == str(len(HOSTILE) + 1), result.stderr[-2000:]

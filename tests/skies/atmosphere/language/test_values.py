@@ -1,7 +1,5 @@
 """What GLSL means by a block; and blocks of published shapes against plain Python, altitude by altitude."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -42,7 +40,7 @@ from tests.support.blocks import GIVEN, WAVELENGTHS, at, density_block, phase_bl
         ("float(vec2(4, 5))", 4.0),
     ],
 )
-def test_expressions(expression: str, wanted: float) -> None:
+def test_expressions(expression, wanted):
     assert value_of(expression) == wanted
 
 
@@ -84,7 +82,7 @@ PLAIN_LAWS = (math.sin, math.cos, math.tan, math.asin, math.acos, math.atan, mat
         ("normalize(vec2(3, 4)).x", 0.6),
     ],
 )
-def test_functions(expression: str, wanted: float) -> None:
+def test_functions(expression, wanted):
     assert value_of(expression) == pytest.approx(wanted, rel=1e-15, abs=0)
 
 
@@ -105,11 +103,11 @@ def test_functions(expression: str, wanted: float) -> None:
         ("return 1.;\r\n", 1.0),
     ],
 )
-def test_statements(text: str, wanted: float) -> None:
+def test_statements(text, wanted):
     assert at(text, 1000.0) == [wanted]
 
 
-def test_each_altitude_follows_its_own_branch() -> None:
+def test_each_altitude_follows_its_own_branch():
     text = """
         float d = 0.;
         if(altitude < 10.) d = log(10. - altitude);          // no value from 10 m on
@@ -143,7 +141,7 @@ def test_each_altitude_follows_its_own_branch() -> None:
         ("return normalize(vec2(altitude)).x;", "normalize(vec2(0, 0)) has no defined value"),
     ],
 )
-def test_what_glsl_leaves_open_is_refused_with_its_altitude(text: str, message: str) -> None:
+def test_what_glsl_leaves_open_is_refused_with_its_altitude(text, message):
     block = density_block(text)
     with pytest.raises(InputFileError) as caught:
         block(np.array([0.0, 10.0]), GIVEN)
@@ -151,26 +149,26 @@ def test_what_glsl_leaves_open_is_refused_with_its_altitude(text: str, message: 
     assert caught.value.problems[0].code == "E403"
 
 
-def test_lanes_that_are_not_taken_make_no_error() -> None:
+def test_lanes_that_are_not_taken_make_no_error():
     assert at("return altitude > 0. ? 1/int(altitude) : 5;", 0.0, 2.0) == [5.0, 0.0]
     assert at("return altitude > 0. && log(altitude) > 0. ? 1. : 0.;", 0.0, 9.0) == [0.0, 1.0]
     assert at("return altitude <= 0. || log(altitude) > 0. ? 1. : 0.;", 0.0, 9.0) == [1.0, 1.0]
     assert at("if(altitude == 0.) return 7.; return sqrt(altitude - 1.);", 0.0, 5.0) == [7.0, 2.0]
 
 
-def test_only_the_altitude_at_fault_is_named() -> None:
+def test_only_the_altitude_at_fault_is_named():
     block = density_block("float x;\nif(altitude != 50.) x = 1.;\nreturn x;")
     assert block(np.array([0.0, 49.0, 51.0]), GIVEN).tolist() == [1.0, 1.0, 1.0]
     with pytest.raises(InputFileError, match=r"a\.atmo:12:8: error\[E403\]: number density: .*altitude 50 m"):
         block(np.array([0.0, 49.0, 50.0, 51.0]), GIVEN)
 
 
-def test_a_vector_of_one_lane_and_one_of_many_join() -> None:
+def test_a_vector_of_one_lane_and_one_of_many_join():
     text = "vec4 v = vec4(1); v.y = dotViewSun; if(dotViewSun > 0.) v.zw = vec2(dotViewSun, 9); return v;"
     assert phase_block(text)(np.array([-1.0, 0.5]), GIVEN).tolist() == [[1.0, 1.0], [-1.0, 0.5], [1.0, 0.5], [1.0, 9.0]]
 
 
-def test_a_second_run_gives_the_same_bits_and_leaves_what_was_given() -> None:
+def test_a_second_run_gives_the_same_bits_and_leaves_what_was_given():
     block = phase_block("vec4 w = wavelengths; w *= dotViewSun; w.x = 0.; return exp(w/700);")
     mu = np.linspace(-1.0, 1.0, 7)
     assert np.array_equal(block(mu, GIVEN), block(mu, GIVEN))
@@ -225,7 +223,7 @@ COLOURED = """
 """
 
 
-def test_a_phase_function_with_colours_is_that_of_plain_python() -> None:
+def test_a_phase_function_with_colours_is_that_of_plain_python():
     cosines = np.cos(np.linspace(0.0, np.pi, 181))
     found = phase_block(COLOURED)(cosines, GIVEN)
     for row, wavelength in enumerate(WAVELENGTHS):
@@ -235,7 +233,7 @@ def test_a_phase_function_with_colours_is_that_of_plain_python() -> None:
 
 
 @pytest.mark.parametrize("text", [OZONE, AEROSOL])
-def test_values_do_not_depend_on_their_neighbours(text: str) -> None:
+def test_values_do_not_depend_on_their_neighbours(text):
     block = density_block(text)
     long = np.linspace(0.0, 120e3, 9001)
     assert block(long, GIVEN)[::50].tolist() == [block(one, GIVEN).item() for one in long[::50, None]]

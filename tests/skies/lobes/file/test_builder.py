@@ -1,9 +1,5 @@
 """Background-sky files from lobes: axes where they are said to point, spectra shared, everything read back."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -16,7 +12,7 @@ WAVELENGTH = [400.0, 550.0, 700.0]
 SPECTRUM = [1e-9, 2e-9, 4e-9]
 
 
-def direction(zenith_deg: float, azimuth_deg: float) -> np.ndarray:
+def direction(zenith_deg, azimuth_deg):
     zenith, azimuth = np.deg2rad(zenith_deg), np.deg2rad(azimuth_deg)
     return np.array([np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)])
 
@@ -30,7 +26,7 @@ DIRECTION_ERROR = 2 * NORM_ERROR + 2 * np.pi * 2 * U + 8 * U
 
 @pytest.mark.parametrize("turn", [0.0, 30.0, -90.0, 400.0])
 @pytest.mark.parametrize(("zenith", "azimuth"), [(0, 0), (0, 77), (35, 0), (85, 210), (90, -45), (180, 10), (120, 359)])
-def test_axes_point_where_they_are_said_to(zenith: float, azimuth: float, turn: float) -> None:
+def test_axes_point_where_they_are_said_to(zenith, azimuth, turn):
     quaternion = axis_quaternion(zenith, azimuth, turn)
     assert np.linalg.norm(quaternion) == pytest.approx(1.0, abs=NORM_ERROR)
     matrix = rotation_matrix(quaternion)
@@ -41,7 +37,7 @@ def test_axes_point_where_they_are_said_to(zenith: float, azimuth: float, turn: 
     np.testing.assert_allclose(matrix[:, 1], np.cos(t) * along - np.sin(t) * down, rtol=0, atol=2 * DIRECTION_ERROR)
 
 
-def test_a_file_of_lobes_is_read_back(tmp_path: Path) -> None:
+def test_a_file_of_lobes_is_read_back(tmp_path):
     pytest.importorskip("h5py")
     lamp = {"kind": "beckmann", "width": 0.25, "width_y": 0.5, "zenith_deg": 80.0, "spectrum": SPECTRUM}
     file = sky.background_of_lobes(
@@ -70,7 +66,7 @@ def test_a_file_of_lobes_is_read_back(tmp_path: Path) -> None:
     assert light == pytest.approx(0.5 * 2e-9, rel=1e-6)  # a Tuesday, long after the last key
 
 
-def test_what_cannot_be_built_is_refused() -> None:
+def test_what_cannot_be_built_is_refused():
     good = sky.SkyLobe(kind="hg", width=0.5, spectrum=SPECTRUM)
     with pytest.raises(UsageError, match="'hg', 'ggx', 'beckmann', got 'phong'"):
         sky.background_of_lobes({"a": sky.SkyLobe(kind="phong", width=1.0, spectrum=SPECTRUM)}, WAVELENGTH)

@@ -1,7 +1,5 @@
 """The reader of background-sky files against files of plain h5py, and the writer against plain h5py as a reader."""
 
-from __future__ import annotations
-
 import operator
 import pickle
 import time
@@ -39,7 +37,7 @@ SHAPES = {
 }
 
 
-def codes(error) -> list[str]:
+def codes(error):
     return [p.code for p in error.value.problems]
 
 
@@ -213,7 +211,7 @@ def one_lobe(kind="hg", **numbers):
     return animation([0.0], [1.0], kind=(kind,), **{name: np.array([number]) for name, number in numbers.items()})
 
 
-def content(**changes) -> BackgroundFile:
+def content(**changes):
     lobes = {
         "kind": ("ggx", "beckmann"), "param0": np.array([0.25, 0.3]), "param1": np.array([1.0, 0.1]),
         "quaternion": normalised(np.array([(1.0, 2.0, 3.0, 4.0), UP])), "curve_index": np.array([0, 1]),
