@@ -1,11 +1,12 @@
 """The run folder: claims, atomic files, what a killed run left."""
 
 import os
+import shutil
 
 import pytest
 
 from aomc_sky.errors import ForeignOutputError, OutputError
-from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.outputs.run_folder import LOCK, RunFolder
 from aomc_sky.plan.plan import Plan
 from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS
@@ -43,6 +44,19 @@ def test_another_run_is_replaced_by_force_alone(folder, monkeypatch):
     assert (removed[0], removed[-1]) == ("manifest.json", "plan.npz")  # a killed one leaves a run that is not finished
     assert names(folder) == {"plan.npz", "notes.txt"}
     assert Plan.load(folder.path / "plan.npz").sha256 == plan_of(2).sha256
+
+
+def test_a_disk_without_space_for_the_new_run_keeps_the_old_one(folder, monkeypatch):
+    claim(folder, 1)
+    folder.write("photons-0001.npy", bytes(8192))
+    n_bytes = 1000 + folder.space_of("photons-0001.npy")
+    usage = shutil.disk_usage(folder.path)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=1000))
+    with pytest.raises(OutputError, match="are needed"), folder.held(plan_of(2), force=True, n_bytes=n_bytes + 1):
+        pass
+    assert names(folder) == {"plan.npz", "photons-0001.npy"}
+    with folder.held(plan_of(2), force=True, n_bytes=n_bytes):  # the space of the old run is free, too
+        assert names(folder) == {"plan.npz", LOCK}
 
 
 def test_what_a_killed_run_left_goes_while_nobody_is_there(folder):

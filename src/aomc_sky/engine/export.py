@@ -13,7 +13,7 @@ from typing import Any
 from aomc_sky.engine.stored_run import StoredRun
 from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
 from aomc_sky.outputs.photon_formats import SOURCE, SOURCE_FILE, photon_writer
-from aomc_sky.outputs.photons.files import PhotonFiles, Progress, emit_photons, photon_files, require_space
+from aomc_sky.outputs.photons.files import PhotonFiles, Progress, emit_photons, photon_files, require_space, size_of
 from aomc_sky.outputs.photons.mcpl import McplWriter
 from aomc_sky.outputs.run_folder import RunFolder, create_folder
 from aomc_sky.system import prepare_target
@@ -132,8 +132,8 @@ def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
 def _export_photons(job: _Job) -> tuple[list[str], bool]:
     """Photon files as a run writes them; complete files are kept."""
     source, force = job.run.source, job.options.force
-    with job.folder.held(source.plan, force=force):
-        files = photon_files(job.folder, [photon_writer(job.options.to)(source)], job.bands)
+    files = photon_files(job.folder, [photon_writer(job.options.to)(source)], job.bands)
+    with job.folder.held(source.plan, force=force, n_bytes=size_of(files)):
         missing = [file for file in files if force or file.missing]
         _emit(job, missing)
     return [layout.name for file in files for layout in file.layouts], not missing
@@ -180,7 +180,7 @@ def _export_envmap(job: _Job) -> tuple[list[str], bool]:
     name, axes_name = (job.name, f"{job.name}.json") if job.name else (envmap.MAP, envmap.AXES)
     axes = envmap.axes_text(source, bands, name)
     head, size = envmap.map_file(source, bands, name)
-    with contextlib.nullcontext() if job.name else folder.held(source.plan, force=job.options.force):
+    with contextlib.nullcontext() if job.name else folder.held(source.plan, force=job.options.force, n_bytes=size):
         if not job.options.force:
             if folder.holds(name, head, size) and folder.holds(axes_name, axes, len(axes)):
                 return [name, axes_name], True

@@ -29,6 +29,7 @@ from aomc_sky.outputs.photons.files import (
     BLOCK,
     ChunkPool,
     Meter,
+    PhotonFiles,
     Progress,
     complete_formats,
     emit_photons,
@@ -36,6 +37,7 @@ from aomc_sky.outputs.photons.files import (
     photon_files,
     require_space,
     run_files,
+    size_of,
     stored_files,
 )
 from aomc_sky.outputs.run_folder import MANIFEST, PART, PLAN, RunFolder, check_folder, is_run_file
@@ -169,7 +171,8 @@ def run_job(
     folder, started = RunFolder(out), time.perf_counter()
     if not options.force:
         source = as_stored(source, folder)
-    with folder.held(source.plan, force=options.force):
+    n_bytes = size_of(files_of(source, folder, options)) if options.force else 0
+    with folder.held(source.plan, force=options.force, n_bytes=n_bytes):
         manifest = finished_manifest(source, folder, options.formats)
         was_finished, emitted = manifest is not None, 0
         if manifest is None:
@@ -197,6 +200,12 @@ def as_stored(source: PhotonSource, folder: RunFolder) -> PhotonSource:
     return PhotonSource.from_plan(stored) if is_other else source
 
 
+def files_of(source: PhotonSource, folder: RunFolder, options: JobOptions) -> list[PhotonFiles]:
+    """The photon files of a run."""
+    writers = [photon_writer(name)(source) for name in options.formats if name not in ("none", SOURCE)]
+    return photon_files(folder, writers, chosen_bands(source))
+
+
 def make_photons(
     source: PhotonSource, folder: RunFolder, options: JobOptions, progress: Progress | None
 ) -> tuple[Sums, int]:
@@ -204,9 +213,7 @@ def make_photons(
 
     A file with its final name and the right size is kept and not read. Its photons are made once more for their sums.
     """
-    bands = chosen_bands(source)
-    writers = [photon_writer(name)(source) for name in options.formats if name not in ("none", SOURCE)]
-    files = photon_files(folder, writers, bands)
+    bands, files = chosen_bands(source), files_of(source, folder, options)
     missing = [part_files for part_files in files if part_files.missing]
     require_space(missing)
     write_counts(source, folder)

@@ -199,17 +199,18 @@ class RunFolder:
         self.path = Path(path)
 
     @contextlib.contextmanager
-    def held(self, plan: Plan, *, force: bool = False) -> Iterator[None]:
+    def held(self, plan: Plan, *, force: bool = False, n_bytes: int = 0) -> Iterator[None]:
         """Hold the folder for a plan while the block runs; processes with the same plan share it.
 
-        `force` replaces any run of ours in the folder. OutputError if a process with another plan holds the folder,
-        ForeignOutputError if it contains another run, UsageError if it contains files that are not of a run.
+        `force` replaces any run of ours in the folder, unless the disk has no space for the new `n_bytes`. OutputError
+        without it, or if a process with another plan holds the folder; ForeignOutputError if it contains another run;
+        UsageError if it contains files that are not of a run.
         """
         create_folder(self.path)
-        with folder_held(self.path, plan.sha256, partial(self._claim, plan, force), is_alone=force):
+        with folder_held(self.path, plan.sha256, partial(self._claim, plan, force, n_bytes), is_alone=force):
             yield
 
-    def _claim(self, plan: Plan, force: bool, is_alone: bool) -> None:
+    def _claim(self, plan: Plan, force: bool, n_bytes: int, is_alone: bool) -> None:
         """Write the plan, or check that the stored plan is the same."""
         names, stored = self.names(), self.path / PLAN
         visible = sorted(name for name in names if not name.startswith("."))
@@ -230,6 +231,7 @@ class RunFolder:
             if not _is_our_plan(stored):
                 raise UsageError(f"{stored} is no plan of aomc-sky, so --force keeps it; choose another --out")
             others = {*filter(is_run_file, names)} - {MANIFEST, PLAN}
+            self.require_space(n_bytes - sum(map(self.space_of, others)))
             for part in ([MANIFEST], sorted(others), [PLAN]):  # without its plan no file would be known as ours
                 self.remove(*part)
         if self.size_of(PLAN) is None:

@@ -179,7 +179,7 @@ def test_nothing_of_the_machine_is_in_the_head(tmp_path):
 @pytest.mark.parametrize("wavelength", [0.0, 1e-50])
 def test_a_wavelength_without_a_photon_energy_is_refused(wavelength):
     with pytest.raises(SceneError, match="waveband 2 has the wavelength"):
-        McplWriter(scene(wavelengths=(500.0, wavelength)).source())
+        McplWriter(scene(wavelengths=sky.Wavebands([500.0, wavelength])).source())
 
 
 def test_write_mcpl_leaves_nothing_half_written(tmp_path):

@@ -306,10 +306,15 @@ class ChunkPool:
         return batch.start, chunks, photon_sums(self.source, band, batch.start, batch.uz, batch.weight), len(batch)
 
 
+def size_of(files: Sequence[PhotonFiles]) -> int:
+    """Size of all the files. [bytes]"""
+    return sum(layout.size for f in files for layout in f.layouts)
+
+
 def require_space(files: Sequence[PhotonFiles]) -> None:
     """Raise if the disk has no space for the files."""
     if files:
-        files[0].folder.require_space(sum(layout.size for f in files for layout in f.layouts))
+        files[0].folder.require_space(size_of(files))
 
 
 def emit_photons(
