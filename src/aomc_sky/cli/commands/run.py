@@ -223,7 +223,7 @@ _WEIGHTED = (
     "light see the table of --weighting projected"
 )
 MAX_COMPONENTS = 6
-"""Columns for the brightest components."""
+"""Columns for the brightest components, in the order of the scene."""
 
 _Column = tuple[str, Callable[["BandResult"], str]]
 
@@ -295,9 +295,9 @@ def _irradiance_text(bands: Sequence[BandResult]) -> str:
         return name, lambda band: f"{irradiance(name, band):.4g}"
 
     names = list(bands[0].component_irradiance_W_m2_nm or {})
-    names.sort(key=lambda name: -max(irradiance(name, band) for band in bands))
+    brightest = sorted(names, key=lambda name: -max(irradiance(name, band) for band in bands))[:MAX_COMPONENTS]
     columns = [*_BAND, ("Ed", lambda band: f"{band.irradiance_W_m2_nm or 0.0:.4g}")]
-    columns += [column(name) for name in names[:MAX_COMPONENTS]]
+    columns += [column(name) for name in names if name in brightest]
     head = "irradiance of the horizontal plane, W m-2 nm-1"
     if any(band.horizon_loss for band in bands):
         head += "; below: share of lobes' light from below it"

@@ -120,12 +120,12 @@ def solve_atmosphere(
     >>> bool(blue > 4 * red)
     True
     """
-    sun_deg = given_angle("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad)
+    given = (None if one is None else number("the sun's zenith angle", one) for one in (sun_zenith_deg, sun_zenith_rad))
+    sun = given_angle("sun_zenith_deg", *given)
     zenith_deg = given_angle("sky_zenith_deg", sky_zenith_deg, sky_zenith_rad)
     azimuth_deg = given_angle("azimuth_from_sun_deg", azimuth_from_sun_deg, azimuth_from_sun_rad)
-    sun = number("the sun's zenith angle", sun_deg)
     if not np.isfinite(sun):
-        raise SceneError(f"the sun's zenith angle must be finite, got {sun_deg!r}")
+        raise SceneError(f"the sun's zenith angle must be finite, got {sun!r}")
     requested = _numbers(wavelength_nm, "wavelengths")
     medium, report = read_medium(read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths]), requested)
     with status_line("solving the atmosphere", enabled=is_free()):
