@@ -26,6 +26,10 @@ class Input:
     value: str = ""  #: What stands for the value in --help, by default the unit
 
 
+SURE_NM = 2800.0
+"""Longer wavelengths without a unit may be angstroms."""
+
+
 def in_nm(wavelength: float, shown: str) -> str:
     """What to write for a wavelength that is in micrometres or metres, as a person gave it; else empty."""
     is_small, is_tiny = 0.1 <= wavelength < 20.0, 0.0 < wavelength < 1e-4

@@ -39,7 +39,6 @@ from aomc_sky.formats.radiance_words import (
     SAY_SUN,
     SAY_WEIGHTED,
     STATED_FACTOR,
-    SURE_NM,
     Name,
     by_wavelength,
     doubt_of_gaps,
@@ -54,6 +53,7 @@ from aomc_sky.formats.radiance_words import (
 from aomc_sky.formats.report import MAX_PER_VALUE, BadValueError, Report, printable, quoted
 from aomc_sky.formats.text_file import cell_span, delimiter_of, read_bytes, split_row, table_of_program
 from aomc_sky.formats.units import parse_real
+from aomc_sky.inputs import SURE_NM
 
 MAX_BYTES = 2**27
 _DIGITS = 10  #: Decimals of a degree that are kept, so that radians give back the degrees they came from.

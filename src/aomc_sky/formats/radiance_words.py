@@ -75,8 +75,6 @@ LENGTH_NM = {
 """Units of a wavelength, in nm, by their `plain_unit`."""
 LEAST_NM, MOST_NM = 20.0, 1e5
 """Wavelengths outside of these, in nm as they are read, have another unit."""
-SURE_NM = 2800.0
-"""Longer wavelengths without a unit may be angstroms."""
 ON_ZENITHS = re.compile(r"\b(?:zeniths?|theta|view(?:ing)? angles?)\b", re.I)
 """Names of zenith angles in a text."""
 FROM_HORIZON = re.compile(

@@ -34,7 +34,6 @@ from aomc_sky.formats.radiance_words import (
     SAY_ANGLE,
     SAY_COMES_FROM,
     SAY_SUN,
-    SURE_NM,
     TRUE_NORTH,
     have_look_of_degrees,
     may_be_radians,
@@ -44,6 +43,7 @@ from aomc_sky.formats.radiance_words import (
     travel_of,
     unit_and_counts,
 )
+from aomc_sky.inputs import SURE_NM
 
 _COSINES = ("mu", "umu")  #: The last one as DISORT has it: negative where light comes from the sky.
 _FROM_ZENITH = re.compile(r"\bzenith angle|\bfrom (?:the )?zenith", re.I)

@@ -96,6 +96,7 @@ def test_another_sky_that_is_asked_for_wins(amc):
     with pytest.raises(sky.InputFileError, match="E100") as caught:
         sky.read_scene(amc, sky="overcast")
     assert 'perez={"spectrum": "spectrl2"} for a cloudless sky' in str(caught.value)  # beside [atmosphere]: no [perez]
+    pytest.importorskip("pvlib")
     assert sky.read_scene(amc, sky="overcast", perez={"spectrum": "spectrl2"}).irradiance is not None
 
 

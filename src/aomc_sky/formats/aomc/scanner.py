@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from itertools import takewhile
 
 from aomc_sky.errors import Span
-from aomc_sky.formats.radiance_words import SURE_NM
 from aomc_sky.formats.report import Report
-from aomc_sky.inputs import in_nm
+from aomc_sky.inputs import SURE_NM, in_nm
 
 _INTEGER = re.compile(r"[+-]?\d+\Z")
 _REAL = re.compile(r"([+-]?)(\d*)(\.?)(\d*)(?:[eEdDqQ]([+-]?\d+)|([+-]\d+))?\Z")
