@@ -32,28 +32,36 @@ class PhotonsNpy:
     dtype: np.dtype  #: float32 or float64, of either byte order
     n_photons: int  #: rows
     n_columns: int  #: 3: ux, uy, uz; 4: also the weight; 1: one number for each photon
-    data_start: int  #: position of the first row [bytes]
+    data_start: int  #: position of the first number [bytes]
+    is_by_columns: bool  #: in Fortran order, as numpy.save writes the transpose of three rows
 
     def blocks(self) -> Iterator[np.ndarray]:
         """Yield all rows as they are stored, shape (n, n_columns)."""
         with open_regular(self.path) as file:
-            file.seek(self.data_start)
             for start, stop in block_spans(0, self.n_photons):
-                # no memory map: if a mapped file shrinks, the process crashes
-                n_bytes = (stop - start) * self.n_columns * self.dtype.itemsize
-                data = file.read(n_bytes)
-                if len(data) != n_bytes:
-                    raise refuse(self.path, "the file became shorter while it was read", code="E903")
-                rows = np.frombuffer(data, self.dtype).reshape(stop - start, self.n_columns)
+                if self.is_by_columns:
+                    firsts = range(start, self.n_photons * self.n_columns, self.n_photons)
+                    rows = np.stack([self._numbers(file, first, stop - start) for first in firsts], axis=-1)
+                else:
+                    n = (stop - start) * self.n_columns
+                    rows = self._numbers(file, start * self.n_columns, n).reshape(-1, self.n_columns)
                 is_finite = np.isfinite(rows).all(axis=1)
                 if not is_finite.all():
                     message = f"row {start + int(is_finite.argmin())}: not finite numbers"
                     raise refuse(self.path, message, code="E904", advice="make the file again")
                 yield rows
 
+    def _numbers(self, file: BinaryIO, first: int, n: int) -> np.ndarray:
+        # no memory map: if a mapped file shrinks, the process crashes
+        file.seek(self.data_start + first * self.dtype.itemsize)
+        data = file.read(n * self.dtype.itemsize)
+        if len(data) != n * self.dtype.itemsize:
+            raise refuse(self.path, "the file became shorter while it was read", code="E903")
+        return np.frombuffer(data, self.dtype)
+
 
 def read_photons_npy(path: str | Path, *, n_columns: tuple[int, ...] = (3, 4)) -> PhotonsNpy:
-    """Open a numpy file of photons, version 1 or 2 of the format, in C order.
+    """Open a numpy file of photons, version 1 or 2 of the format.
 
     `n_columns` are the allowed numbers per photon; 1 means an array of one dimension.
     """
@@ -64,17 +72,23 @@ def read_photons_npy(path: str | Path, *, n_columns: tuple[int, ...] = (3, 4)) -
         start = file.tell()
     columns = 1 if len(shape) == 1 else shape[1] if len(shape) == 2 else 0
     is_float = dtype.kind == "f" and dtype.itemsize in (4, 8)
-    if columns not in n_columns or not is_float or (fortran_order and columns > 1):
-        order = ", Fortran order" if fortran_order else ""
+    if columns not in n_columns or not is_float:
         shapes = " or ".join("(n,)" if k == 1 else f"(n, {k})" for k in n_columns)
-        advice = f"write an array of float32 or float64 and shape {shapes} in C order: travel directions ux, uy, uz, "
+        advice = f"write an array of float32 or float64 and shape {shapes}: travel directions ux, uy, uz, "
         advice += "then the weight where there are weights"
-        raise refuse(path, f"an array of {dtype} and shape {shape}{order}", code="E902", advice=advice)
+        raise refuse(path, f"an array of {dtype} and shape {shape}", code="E902", advice=advice)
     n_bytes, expected = size - start, shape[0] * columns * dtype.itemsize
     if n_bytes != expected:
         message = f"{n_bytes} bytes of data, but the header says {shape[0]} rows, {expected} bytes"
         raise refuse(path, message, code="E903", advice="make the file again")
-    return PhotonsNpy(path=path, dtype=dtype, n_photons=shape[0], n_columns=columns, data_start=start)
+    return PhotonsNpy(
+        path=path,
+        dtype=dtype,
+        n_photons=shape[0],
+        n_columns=columns,
+        data_start=start,
+        is_by_columns=fortran_order and columns > 1,
+    )
 
 
 def _read_head(file: BinaryIO, path: Path) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
