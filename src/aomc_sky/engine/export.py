@@ -13,7 +13,7 @@ from typing import Any
 from aomc_sky.engine.stored_run import StoredRun
 from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
 from aomc_sky.outputs.photon_formats import SOURCE, SOURCE_FILE, photon_writer
-from aomc_sky.outputs.photons.files import PhotonFiles, Progress, emit_photons, photon_files, require_space, size_of
+from aomc_sky.outputs.photons.files import PhotonFiles, Progress, emit_photons, photon_files, require_space, total_size
 from aomc_sky.outputs.photons.mcpl import McplWriter
 from aomc_sky.outputs.run_folder import RunFolder, create_folder
 from aomc_sky.system import prepare_target
@@ -133,7 +133,7 @@ def _export_photons(job: _Job) -> tuple[list[str], bool]:
     """Photon files as a run writes them; complete files are kept."""
     source, force = job.run.source, job.options.force
     files = photon_files(job.folder, [photon_writer(job.options.to)(source)], job.bands)
-    with job.folder.held(source.plan, force=force, n_bytes=size_of(files)):
+    with job.folder.held(source.plan, force=force, n_bytes=total_size(files)):
         missing = [file for file in files if force or file.missing]
         _emit(job, missing)
     return [layout.name for file in files for layout in file.layouts], not missing

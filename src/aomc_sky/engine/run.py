@@ -37,8 +37,8 @@ from aomc_sky.outputs.photons.files import (
     photon_files,
     require_space,
     run_files,
-    size_of,
     stored_files,
+    total_size,
 )
 from aomc_sky.outputs.run_folder import MANIFEST, PART, PLAN, RunFolder, check_folder, is_run_file
 from aomc_sky.outputs.shard import Shard
@@ -171,7 +171,7 @@ def run_job(
     folder, started = RunFolder(out), time.perf_counter()
     if not options.force:
         source = as_stored(source, folder)
-    n_bytes = size_of(files_of(source, folder, options)) if options.force else 0
+    n_bytes = total_size(files_of(source, folder, options)) if options.force else 0
     with folder.held(source.plan, force=options.force, n_bytes=n_bytes):
         manifest = finished_manifest(source, folder, options.formats)
         was_finished, emitted = manifest is not None, 0

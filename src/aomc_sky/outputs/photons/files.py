@@ -306,7 +306,7 @@ class ChunkPool:
         return batch.start, chunks, photon_sums(self.source, band, batch.start, batch.uz, batch.weight), len(batch)
 
 
-def size_of(files: Sequence[PhotonFiles]) -> int:
+def total_size(files: Sequence[PhotonFiles]) -> int:
     """Size of all the files. [bytes]"""
     return sum(layout.size for f in files for layout in f.layouts)
 
@@ -314,7 +314,7 @@ def size_of(files: Sequence[PhotonFiles]) -> int:
 def require_space(files: Sequence[PhotonFiles]) -> None:
     """Raise if the disk has no space for the files."""
     if files:
-        files[0].folder.require_space(size_of(files))
+        files[0].folder.require_space(total_size(files))
 
 
 def emit_photons(
