@@ -169,23 +169,27 @@ _UNFINISHED = re.compile(r"\.aomc-sky-(.+)\.[0-9a-f]{8}", re.DOTALL)
 
 @contextlib.contextmanager
 def appearing(target: Path) -> Iterator[BinaryIO]:
-    """Open a file that gets the name `target` if the block ends without an error, and is removed otherwise. OSError.
+    """Open a file that gets the name `target` if the block ends without an error, and is removed otherwise.
 
-    It is locked while it is written, so that `prepare_target` of another process leaves it alone.
+    It is locked while it is written, so that `prepare_target` of another process leaves it alone. OutputError where the
+    system refuses to write it.
     """
-    file, unfinished, has_lock = _new_file(target)
     try:
-        with file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-            if not has_lock:
-                file.close()  # a system without locks does not rename a file that is open
-            os.replace(unfinished, target)
-        sync_folder(target.parent)
-    finally:
-        with contextlib.suppress(OSError):
-            unfinished.unlink(missing_ok=True)
+        file, unfinished, has_lock = _new_file(target)
+        try:
+            with file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+                if not has_lock:
+                    file.close()  # a system without locks does not rename a file that is open
+                os.replace(unfinished, target)
+            sync_folder(target.parent)
+        finally:
+            with contextlib.suppress(OSError):
+                unfinished.unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
 
 
 def _new_file(target: Path) -> tuple[BinaryIO, Path, bool]:

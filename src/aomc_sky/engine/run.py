@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageError, require_kind
@@ -41,13 +41,15 @@ from aomc_sky.outputs.photons.files import (
     total_size,
 )
 from aomc_sky.outputs.run_folder import MANIFEST, PART, PLAN, RunFolder, check_folder, is_run_file
-from aomc_sky.outputs.shard import Shard
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.plan.plan import Plan
 from aomc_sky.progress import is_free, progress_bar
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import drop_leftovers, n_cpus
 from aomc_sky.whole_number import as_number_of
+
+if TYPE_CHECKING:
+    from aomc_sky.outputs.shard import Shard
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -171,12 +173,16 @@ def run_job(
     folder, started = RunFolder(out), time.perf_counter()
     if not options.force:
         source = as_stored(source, folder)
-    n_bytes = total_size(files_of(source, folder, options)) if options.force else 0
-    with folder.held(source.plan, force=options.force, n_bytes=n_bytes):
+    writers = [photon_writer(name)(source) for name in options.formats if name not in ("none", SOURCE)]
+    files = photon_files(folder, writers, chosen_bands(source))
+    with folder.held(source.plan, force=options.force, n_bytes=total_size(files)):
         manifest = finished_manifest(source, folder, options.formats)
         was_finished, emitted = manifest is not None, 0
         if manifest is None:
-            sums, emitted = (make or make_photons)(source, folder, options, progress)
+            if make is not None:
+                sums, emitted = make(source, folder, options, progress)
+            else:
+                sums, emitted = make_photons(source, folder, files, options, progress)
             manifest = finish_run(source, scene, folder, sums)
     return JobResult(
         bands=[BandResult(**band) for band in manifest["bands"]],
@@ -200,21 +206,18 @@ def as_stored(source: PhotonSource, folder: RunFolder) -> PhotonSource:
     return PhotonSource.from_plan(stored) if is_other else source
 
 
-def files_of(source: PhotonSource, folder: RunFolder, options: JobOptions) -> list[PhotonFiles]:
-    """The photon files of a run."""
-    writers = [photon_writer(name)(source) for name in options.formats if name not in ("none", SOURCE)]
-    return photon_files(folder, writers, chosen_bands(source))
-
-
 def make_photons(
-    source: PhotonSource, folder: RunFolder, options: JobOptions, progress: Progress | None
+    source: PhotonSource,
+    folder: RunFolder,
+    files: Sequence[PhotonFiles],
+    options: JobOptions,
+    progress: Progress | None,
 ) -> tuple[Sums, int]:
     """Write the counts, and make the missing photon files on the threads of this process.
 
     A file with its final name and the right size is kept and not read. Its photons are made once more for their sums.
     """
-    bands, files = chosen_bands(source), files_of(source, folder, options)
-    missing = [part_files for part_files in files if part_files.missing]
+    bands, missing = chosen_bands(source), [part_files for part_files in files if part_files.missing]
     require_space(missing)
     write_counts(source, folder)
     if SOURCE in options.formats:

@@ -234,8 +234,5 @@ def write_atomically(path: str | Path, text: str) -> None:
 def write_bytes_atomically(path: str | Path, data: bytes) -> None:
     """Write a file that appears when it is complete; an OutputError has changed nothing."""
     prepare_target(Path(path))
-    try:
-        with appearing(Path(path)) as file:
-            file.write(data)
-    except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+    with appearing(Path(path)) as file:
+        file.write(data)

@@ -16,6 +16,7 @@ import shutil
 import stat
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
 from typing import BinaryIO
@@ -298,11 +299,9 @@ class RunFolder:
         with self.stream(name) as file:
             file.write(data)
 
-    @contextlib.contextmanager
-    def stream(self, name: str) -> Iterator[BinaryIO]:
+    def stream(self, name: str) -> AbstractContextManager[BinaryIO]:
         """Open a file that gets its name if the block ends without an error, and is removed otherwise."""
-        with _reported("write", self.path / name), appearing(self.path / name) as file:
-            yield file
+        return appearing(self.path / name)
 
     def reserve(self, name: str, head: bytes, size: int) -> None:
         """Make a file that several processes fill in any order. [bytes]"""

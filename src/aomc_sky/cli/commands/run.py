@@ -83,11 +83,14 @@ def add_options(parser: Parser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.engine.run import run_job, stream_job
-    from aomc_sky.outputs.shard import parse_shard
     from aomc_sky.progress import progress_bar, status_line
 
     _check(arguments)
-    shard = None if arguments.shard is None else parse_shard(arguments.shard)
+    shard = None
+    if arguments.shard is not None:
+        from aomc_sky.outputs.shard import parse_shard
+
+        shard = parse_shard(arguments.shard)
     if arguments.amc_inp is None:
         scene = _scene_of_weather(arguments)
     else:

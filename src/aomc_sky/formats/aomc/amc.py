@@ -23,11 +23,11 @@ from aomc_sky.formats.aomc.scanner import (
     Record,
     Token,
     ask_unit,
-    both_values,
     is_thousands,
     list_integer,
     list_real,
     no_number,
+    values_of,
 )
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import read_lines
@@ -211,10 +211,10 @@ def read_fields(lines: list[str], fields: tuple[Field, ...], report: Report) -> 
     if _is_displaced(lines, fields, report) and not report.lenient:
         return {}
     values: dict[str, int | float] = {}
-    for index, (line, field) in enumerate(zip(lines, fields, strict=False)):
-        value = _checked(_reading(index, line, field), report)
+    for reading in _readings(lines, fields):
+        value = _checked(reading, report)
         if value is not None:
-            values[field.name] = value
+            values[reading.field.name] = value
     if len(lines) < len(fields):
         end, missing = Span(max(1, len(lines)), 1, lines[-1] if lines else ""), fields[len(lines)]
         message = f"the file ends after line {len(lines)}; {len(fields)} lines are needed, the next is {missing.title}"
@@ -290,14 +290,20 @@ class _Reading:
         return f"I{f.width}" if f.decimals is None else f"F{f.width}.{f.decimals}"
 
 
-def _reading(index: int, line: str, field: Field) -> _Reading:
-    """A line read in both ways. [index from 0]"""
-    token, column = _what_a_person_reads(line, field)
-    word = token.removesuffix(",")  # no number ends with a comma
-    value, meant = both_values(line[_START : _START + field.width], word, field.decimals)
-    return _Reading(
-        field=field, span=Span(index + 1, column, line, max(len(token), 1)), token=token, value=value, meant=meant
-    )
+def _readings(lines: list[str], fields: tuple[Field, ...]) -> list[_Reading]:
+    """The lines of the fields, read in both ways."""
+    seen = [_what_a_person_reads(line, field) for line, field in zip(lines, fields, strict=False)]
+    columns = [line[_START : _START + field.width] for line, field in zip(lines, fields, strict=False)]
+    words = [token.removesuffix(",") for token, _ in seen]  # no number ends with a comma
+    values = values_of(columns, words, [field.decimals for field in fields])
+    return [
+        _Reading(
+            field=field, span=Span(number, column, line, max(len(token), 1)), token=token, value=value, meant=meant
+        )
+        for number, (line, field, (token, column), (value, meant)) in enumerate(
+            zip(lines, fields, seen, values, strict=False), start=1
+        )
+    ]
 
 
 def _checked(reading: _Reading, report: Report) -> int | float | None:

@@ -109,9 +109,14 @@ def no_number(word: str, *, is_short: bool) -> tuple[str, str]:
     return f"'{word}' is not a number", advice
 
 
-def both_values(field: str, word: str, decimals: int | None) -> tuple[int | float | None, int | float | None]:
-    """The value that Fortran reads in a field, and the one that a person reads in a word of it."""
-    return fixed_value(field, decimals), list_integer(word) if decimals is None else list_real(word)
+def values_of(
+    columns: list[str], words: list[str], decimals: list[int | None]
+) -> list[tuple[int | float | None, int | float | None]]:
+    """What Fortran reads in the columns of each line, and what a person reads in its word."""
+    return [
+        (fixed_value(text, d), list_integer(word) if d is None else list_real(word))
+        for text, word, d in zip(columns, words, decimals, strict=False)
+    ]
 
 
 @dataclass(frozen=True, slots=True)
