@@ -472,18 +472,10 @@ def read_band_rows(
                 break
             continue
         is_joined |= record.n_more >= len(names)
-        row = rows[len(first)]
+        _read_row(record, rows[len(first)], names, highest, report)
         first.append(record.tokens[0] if record.tokens else scanner.absent(record.next_line))
-        is_short = len(record.tokens) < len(names)
-        comma = None if is_short else record.decimal_comma()
-        if comma is not None:
-            column, span, message, advice = comma
-            report.at(span, "E205", message, name=names[column], advice=advice)
-        else:
-            _read_row(record, row, names, highest, report)
-        if is_short:
-            last = record.tokens[-1] if record.tokens else scanner.absent(record.next_line)
-            _report_short(record, last, names, report)
+        if len(record.tokens) < len(names):
+            _report_short(record, record.tokens[-1] if record.tokens else first[-1], names, report)
             n_short += 1
         index = record.next_line
         if report.is_full:
@@ -523,6 +515,11 @@ def _read_count(token: Token, n_wavebands: int | None, report: Report) -> int:
 def _read_row(
     record: Record, row: np.ndarray, names: tuple[str, ...], highest: tuple[float, ...], report: Report
 ) -> None:
+    comma = record.decimal_comma() if len(record.tokens) == len(names) else None
+    if comma is not None:
+        column, span, message, advice = comma
+        report.at(span, "E205", message, name=names[column], advice=advice)
+        return
     for k, (name, token, value) in enumerate(zip(names, record.tokens, record.reals(), strict=False)):
         if not token.word:
             message = "the value is missing; Fortran does not set it"

@@ -52,26 +52,12 @@ def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: 
     """Read header and wavelengths; sizes are checked against file and memory before anything is allocated."""
     scanner = ListScanner(lines)
     record = scanner.record(0, 4)
-    if record.is_text:
-        message = f"found '{record.tokens[0].word}', expected {', '.join(COUNTS)}"
-        report.at(record.tokens[0], "E305", message, advice=f"{_ADVICE}, and no text before them")
+    counts = _read_counts(record, scanner.absent(1), report)
+    if counts is None:
         return None
-    counts = [_read_header_count(k, token, report) for k, token in enumerate(record.tokens)]
-    if len(counts) < 4:
-        last = record.tokens[-1] if record.tokens else scanner.absent(1)
-        message = f"the header has {len(counts)} numbers, expected {', '.join(COUNTS)}"
-        report.at(last.behind, "E305", message, name=COUNTS[len(counts)], advice=_ADVICE)
-        return None
-    if any(c is None for c in counts):
-        return None
-    if record.n_more >= (counts[3] or 1):  # they may be the wavelengths
-        message = f"the header has {4 + record.n_more} numbers; Fortran reads {', '.join(COUNTS)}"
-        report.at(record.behind, "E305", message, advice=_ADVICE, can_downgrade=True)
-        if report.has_errors:
-            return None
-    n_rows, n_zenith, n_azimuth, n_table = (int(c) for c in counts if c is not None)
+    n_rows, n_zenith, n_azimuth, n_table = counts
     before = report.n_errors
-    _check_sizes((n_rows, n_zenith, n_azimuth, n_table), n_bytes, max_memory_bytes, record.tokens, report)
+    _check_sizes(counts, n_bytes, max_memory_bytes, record.tokens, report)
     if report.n_errors > before:
         return None
     waves = scanner.record(record.next_line, n_table, over_many_lines=True)
@@ -99,6 +85,29 @@ def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: 
         n_swallowed=_rows_among({token.line: token.text for token in waves.tokens}, n_zenith, n_azimuth, n_table),
         count_tokens=record.tokens,
     )
+
+
+def _read_counts(record: Record, absent: Token, report: Report) -> tuple[int, int, int, int] | None:
+    """The four counts of the header; `absent` is their place in a file without any."""
+    if record.is_text:
+        message = f"found '{record.tokens[0].word}', expected {', '.join(COUNTS)}"
+        report.at(record.tokens[0], "E305", message, advice=f"{_ADVICE}, and no text before them")
+        return None
+    counts = [_read_header_count(k, token, report) for k, token in enumerate(record.tokens)]
+    if len(counts) < 4:
+        last = record.tokens[-1] if record.tokens else absent
+        message = f"the header has {len(counts)} numbers, expected {', '.join(COUNTS)}"
+        report.at(last.behind, "E305", message, name=COUNTS[len(counts)], advice=_ADVICE)
+        return None
+    if any(c is None for c in counts):
+        return None
+    if record.n_more >= (counts[3] or 1):  # they may be the wavelengths
+        message = f"the header has {4 + record.n_more} numbers; Fortran reads {', '.join(COUNTS)}"
+        report.at(record.behind, "E305", message, advice=_ADVICE, can_downgrade=True)
+        if report.has_errors:
+            return None
+    n_rows, n_zenith, n_azimuth, n_table = (int(c) for c in counts if c is not None)
+    return n_rows, n_zenith, n_azimuth, n_table
 
 
 def _rows_among(lines: dict[int, str], *bounds: int) -> int:
