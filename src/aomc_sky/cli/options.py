@@ -387,22 +387,21 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
         "iterations": arguments.iterations,
         "wavelength_nm": getattr(arguments, "wavelengths", None),
         "wavebands": wavebands,
-        "azimuth_convention": arguments.azimuth_convention,
-        "angle_unit": arguments.angle_unit,
-        "radiance_unit": arguments.radiance_unit,
     }
-    field_options = {
-        name: getattr(arguments, name) for name in ("variable", "variable_q", "variable_u", "stokes_signs")
-    }
+    words = {name: getattr(arguments, name) for name in ("azimuth_convention", "angle_unit", "radiance_unit")}
+    of_fields = ("variable", "variable_q", "variable_u", "stokes_signs", "isel")
     for name in given_options(arguments, add_measured_options) if not is_field else ():
-        if attribute(name) in (*field_options, "isel"):
+        if attribute(name) in of_fields:
             raise UsageError(f"{name} is for a radiance field (.nc); {path} is none")
     with status_line("interpolating the sky", enabled=is_verbose(arguments)):
-        from aomc_sky.source.read.measured import field_scene, measured_scene
+        from aomc_sky.formats.sky_toml.sections import FieldSection
+        from aomc_sky.source.read.radiance_scene import field_scene, measured_scene
 
-        if is_field:
-            return field_scene(path, given, isel=dict(arguments.isel or ()), **field_options, **how)
-        return measured_scene(path, given, **how)
+        if not is_field:
+            return measured_scene(path, given, **words, **how)
+        chosen = {name: getattr(arguments, name) for name in of_fields}
+        section = FieldSection(file=path, **words, **{**chosen, "isel": tuple(chosen["isel"] or ())})
+        return field_scene(section, given, **how)
 
 
 _BACKGROUND_OPTIONS = """\

@@ -184,6 +184,9 @@ class RadianceField(Share):
             )
         ]
         sun = None if np.isnan(sun_angles).any() else -travel_from_sky(sun_angles[0], sun_angles[1])
+        if sun is None and not np.isnan(sun_angles).all():
+            missing = "zenith angle" if math.isnan(sun_angles[0]) else "azimuth"
+            remarks = (*remarks, f"the sun's {missing} is not given, so the sky is interpolated without the sun")
         is_above, is_gap = np.abs(zenith) <= 90, np.isnan(values)
         for n, what in ((np.sum(~is_above), "directions below the horizon"), (np.sum(is_above & is_gap), "gaps")):
             remarks = (*remarks, *([f"{n} of {values.size} radiances are {what}, and left out"] if n else []))
@@ -311,10 +314,11 @@ def _sorted_points(
     means = np.add.reduceat(values, first) / count
     low, high = values[first], values[first + count - 1]
     spread = (high - low) / np.where(high > 0, high, 1.0)
-    differ, remarks = np.count_nonzero(spread > _SAME), tuple[str, ...]()
-    if differ:
+    remarks = tuple[str, ...]()
+    if np.any(spread > _SAME):
+        n_differ, n = (len(np.unique(which[:, 1:], axis=0)) for which in (keys[first[spread > _SAME]], keys))
         message = (
-            f"{differ} of {first.size} directions come more than once, with radiances that differ by up to "
+            f"{n_differ} of {n} directions come more than once, with radiances that differ by up to "
             f"{100 * spread.max():.2g} %"
         )
         if np.median(spread) > _OTHER_SKY:

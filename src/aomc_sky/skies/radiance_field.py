@@ -71,7 +71,7 @@ def read_radiance_field(
     zenith, azimuth, wavelength = (axis_of(field, role, names.get(role), bounds) for role in roles)
     assert zenith is not None
     remarks: list[str] = []
-    unit = _unit(field, radiance_unit, remarks)
+    settled = {"radiance_unit": _unit(field, radiance_unit, remarks), "has_wavelength": wavelength is not None}
     if beside := str(field.attrs.get("ancillary_variables", "")):
         remarks.append(f"{beside!r} of the file, on the quality of the radiances, is not used")
     columns, is_from_sun = None, False
@@ -103,7 +103,7 @@ def read_radiance_field(
                 means = [_joined(angle, turned, row, product) for row in values]
                 values, slope = (np.stack(part) for part in zip(*means, strict=True))
             made = {"wavelength_nm": wavelength_nm, "values": values, "slope": slope, "grid": product}
-            return {**made, "remarks": (*remarks, *gaps), "radiance_unit": unit}
+            return {**made, **settled, "remarks": (*remarks, *gaps)}
         if grid is None and np.isfinite(values).all(axis=0).mean() >= 0.5:
             grid = product  # else points that were unstacked, or a scan: no field
             remarks += gaps
@@ -115,13 +115,7 @@ def read_radiance_field(
     grid = PatchGrid.regular(90, 180) if grid is None else grid
     wavelength_nm, values, slope = _interpolated((angle, turned), values, wavelength_nm, point_nm, grid, sun, remarks)
     made = {"wavelength_nm": wavelength_nm, "values": values, "slope": None if has_bounds else slope, "grid": grid}
-    return {**made, "remarks": tuple(remarks), "radiance_unit": unit}
-
-
-def has_wavelength(field: Any, variable: str | None = None, given: str | None = None) -> bool:
-    """Whether a field has a coordinate of wavelengths, of the name that is given or any."""
-    field, bounds = field_and_bounds(field, variable)
-    return axis_of(field, "wavelength", given, bounds) is not None
+    return {**made, **settled, "remarks": tuple(remarks)}
 
 
 def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
@@ -493,7 +487,7 @@ def _interpolated(
         rows = np.arange(float(len(values)))  # in place of wavelengths, which may come twice
         measured = RadianceField.from_points(zenith_deg, azimuth_deg, values, rows, **sun)
     parts, has_sun = [measured.interpolant(row) for row in range(wavelength_nm.size)], measured.sun is not None
-    remarks += notes_of(parts, has_sun=has_sun)
+    remarks += (*notes_of(parts, has_sun=has_sun), *measured.remarks)
     warn_of_extrapolation(parts, has_sun=has_sun)
     nodes, weights, _ = POINTS[4]
     zenith, azimuth = zeniths_at(grid, nodes), angles_at(np.deg2rad(grid.azimuth_bounds_deg), nodes)

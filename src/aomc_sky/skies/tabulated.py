@@ -89,6 +89,8 @@ class TabulatedSky(Share):
     radiance_unit : float
         One unit of the values in W m-2 nm-1 sr-1, so that a scene of them has irradiances in W m-2 nm-1; 0 for relative
         values. Only for `Weighting.PROJECTED`.
+    has_wavelength : bool
+        False: the sky is the same at all wavelengths, and `wavelength_nm` holds one of them.
     strength, irradiance_W_m2_nm : array_like, optional
         Share of the light in a scene of several models, as for `UniformSky`. [>= 0]
 
@@ -117,6 +119,7 @@ class TabulatedSky(Share):
     values_u: np.ndarray | None = None
     remarks: tuple[str, ...] = ()
     radiance_unit: float = 0.0
+    has_wavelength: bool = True
 
     __eq__ = same_content
     __repr__ = short_repr
@@ -291,6 +294,10 @@ class TabulatedSky(Share):
         """Index of the table wavelength that serves each wavelength, shape (n_wl,)."""
         rule = midpoint_wavelength_index if self.midpoint_rule else nearest_wavelength_index
         return rule(wavelength_nm, self.wavelength_nm)
+
+    def table_wavelength_nm(self, wavelength_nm: ArrayLike) -> np.ndarray:
+        """Wavelength of the set that serves each wavelength, NaN if the sets have none, shape (n_wl,). [nm]"""
+        return np.where(self.has_wavelength, self.wavelength_nm[self.table_index(wavelength_nm)], np.nan)
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Relative radiance of directions, 0 outside all patches; constant in a patch without `slope`.

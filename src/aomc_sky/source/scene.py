@@ -69,7 +69,7 @@ class Scene:
         Row of the components' strengths and masses that serves each band; by default row = band, or
         row 0 for components with one row.
     sky_wavelength_nm : array_like, float64, shape (n_band,), optional
-        Wavelength of the sky that serves each band, NaN where a sky has none. [nm]
+        Wavelength of the sky that serves each band, NaN where a sky has none; by default that of the only table. [nm]
     footprint : Footprint
         Where photons enter the surface.
     preset : SamplingOptions
@@ -138,7 +138,7 @@ class Scene:
     def __post_init__(self) -> None:
         object.__setattr__(self, "wavebands", as_wavebands(self.wavebands))
         n_bands = self.wavebands.n_bands
-        self._lower_components()
+        of_models = self._lower_components()
         if not self.components:
             raise SceneError("a scene needs at least one component that shines")
         names = [c.name for c in self.components]
@@ -160,12 +160,12 @@ class Scene:
         rows: np.ndarray | None = self.row_of_band
         if rows is None:
             rows = np.zeros(n_bands, np.int64) if n_rows == {1} else np.arange(n_bands)
-        table: np.ndarray | None = self.sky_wavelength_nm
+        table = of_models if self.sky_wavelength_nm is None else self.sky_wavelength_nm
         self._set("n_photons", _whole_photons(self.n_photons, n_bands))
         if np.asarray(rows).dtype.kind not in "iu":
             raise SceneError(f"row_of_band must be whole numbers, got an array of {np.asarray(rows).dtype}")
         self._set("row_of_band", np.array(rows, dtype=np.int64))
-        self._set("sky_wavelength_nm", np.full(n_bands, np.nan) if table is None else np.array(table, dtype=np.float64))
+        self._set("sky_wavelength_nm", np.array(table, dtype=np.float64))
         is_row = (self.row_of_band >= 0) & (self.row_of_band < n_rows.pop())
         if self.row_of_band.shape != (n_bands,) or not np.all(is_row):
             raise SceneError(f"row_of_band must name an existing row for each of {n_bands} bands")
@@ -186,12 +186,16 @@ class Scene:
         if self.irradiance is not None:
             _warn_of_too_much_light(self.wavebands.wavelength_nm, self.irradiance.of_component.sum(axis=1))
 
-    def _lower_components(self) -> None:
-        """Replace models and functions by their components, and append their notes."""
+    def _lower_components(self) -> np.ndarray:
+        """Replace models and functions by their components, and append their notes.
+
+        The result is the wavelength of the table that serves each band, NaN without one table.
+        """
         given = self.components if isinstance(self.components, (tuple, list)) else (self.components,)
         parts: list[Component] = []
         notes = list(self.notes)
         without_beam: list[str] = []
+        of_tables: list[np.ndarray] = []
         for part in given:
             if isinstance(part, Component):
                 parts.append(part)
@@ -207,6 +211,8 @@ class Scene:
                     f"{components[0].name!r} has none; give it strength= (relative irradiance) or irradiance_W_m2_nm="
                 )
             parts += components
+            if hasattr(model, "table_wavelength_nm"):
+                of_tables.append(model.table_wavelength_nm(self.wavebands.wavelength_nm))
             model_notes = model.notes(self.wavebands.wavelength_nm) if hasattr(model, "notes") else ()
             notes += [note for note in model_notes if note not in notes]
             without_beam.append(model.missing_beam() if hasattr(model, "missing_beam") else "")
@@ -214,6 +220,7 @@ class Scene:
             notes += filter(None, without_beam)
         object.__setattr__(self, "components", tuple(parts))
         object.__setattr__(self, "notes", tuple(notes))
+        return of_tables[0] if len(of_tables) == 1 else np.full(self.wavebands.n_bands, np.nan)
 
     def radiance(
         self,

@@ -90,7 +90,7 @@ def test_the_sun_of_a_measured_sky_comes_before_that_of_amc_inp(tmp_path):
 def test_the_manifest_has_the_sun_of_the_beam():
     from aomc_sky.inputs import Entrance
     from aomc_sky.source.light.inputs import given_inputs
-    from aomc_sky.source.read.measured import measured_scene
+    from aomc_sky.source.read.radiance_scene import measured_scene
 
     given = given_inputs(
         Entrance.OPTIONS, sun={"zenith_deg": 30.0, "disc": True}, perez={"dni": 700.0, "dhi": 120.0, "spectrum": "flat"}

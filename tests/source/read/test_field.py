@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from tests.support.fault_rows import command
 from tests.support.fields import field_of
 from tests.support.shared import INPUTS
 
@@ -51,6 +52,7 @@ def test_a_band_takes_the_nearest_wavelength_of_two_the_longer(tmp_path):
     with pytest.warns(sky.InputWarning, match=r"E310.*1 of 4 wavebands lie outside .* waveband 4 at 700 nm takes 612"):
         scene = sky.read_scene(path)
     assert scene.sky_wavelength_nm.tolist() == [412.0, 612.0, 412.0, 612.0]
+    assert any("2 of 4 wavebands lie more than 5 nm from the wavelengths" in note for note in scene.notes)
     assert scene.components[1].mass.shape[0] == len(np.unique(scene.row_of_band))
 
 
@@ -58,6 +60,37 @@ def test_a_field_without_wavelengths_serves_all(tmp_path):
     scene = sky.read_scene(scene_folder(tmp_path, made=field().isel(wavelength=0, drop=True)))
     assert np.isnan(scene.sky_wavelength_nm).all()
     assert any("same at all wavelengths" in note for note in scene.notes)
+
+
+def scattered():
+    """Points around a sun at the zenith angle 35 degrees, in the azimuth 0; one comes twice."""
+    rng = np.random.default_rng(1)
+    zenith, azimuth = np.rad2deg(np.arccos(rng.uniform(0, 1, 300))), rng.uniform(0, 360, 300)
+    zenith[0], azimuth[0] = zenith[1], azimuth[1]
+    mu = sky.directions.travel_from_sky(np.deg2rad(zenith), np.deg2rad(azimuth)) @ sky.directions.travel_from_sky(
+        np.deg2rad(35.0), 0.0
+    )
+    coordinates = {"zenith": ("point", zenith, {"units": "degree"}), "azimuth": ("point", azimuth, {"units": "degree"})}
+    radiance = np.outer([0.1, 0.12, 0.2], 0.1 + np.exp(-3 * np.arccos(mu)))
+    radiance[:, 0] *= 1.05
+    axes = {"dims": ("wavelength", "point"), "coords": {"wavelength": ("wavelength", [440.0, 550, 670]), **coordinates}}
+    return xarray.DataArray(radiance, **axes, name="radiance").assign_attrs(units="W m-2 nm-1 sr-1")
+
+
+@pytest.mark.parametrize("made", [field(VALUES[:3], [440.0, 550, 670]), scattered()], ids=["grid", "points"])
+def test_one_field_is_one_plan_alone_in_sky_toml_and_in_python(made, tmp_path):
+    """The sun of amc.inp, of options and of an argument guides the interpolation of points alike."""
+    path = scene_folder(tmp_path, made=made, scene="clear_day")
+    sun = {"sun_zenith_deg": 35.0, "sun_azimuth_deg": 0.0} if made.ndim == 2 else {}
+    words = ["--sun-zenith", 35, "--sun-azimuth", 0] if sun else []
+    out = ["--iterations", 1000, "--format", "none", "--out", tmp_path / "out", "--quiet"]
+    assert command("run", tmp_path / "field.nc", *words, *out) == 0
+    alone = sky.Plan.load(tmp_path / "out" / "plan.npz")
+    table = sky.TabulatedSky.from_xarray(made, **sun)
+    in_python = sky.Scene(wavebands=[440, 550, 670], n_photons=1000, components=table)
+    assert alone == sky.read_scene(path, iterations=1000).source().plan == in_python.source().plan
+    assert [band.sky_wavelength_nm for band in alone.bands] == [440, 550, 670]
+    assert any("1 of 299 directions come more than once" in note for note in table.remarks) == bool(sun)
 
 
 def test_with_flag_1_it_replaces_the_sky_file_and_an_option_wins_over_it(tmp_path):

@@ -48,6 +48,7 @@ class Rows:
     wavelength_nm: np.ndarray
     table_row: np.ndarray
     of_band: np.ndarray  #: the row of each waveband
+    band_nm: np.ndarray  #: the wavelength of each waveband
     is_alone: bool = False  #: Whether a scene without the beam is meant
 
 
@@ -61,7 +62,8 @@ class DiffuseSky:
     is_spectral: bool = False  #: Whether each waveband has a row of its own
     #: Row of the sky's table for each wavelength; None where the sky has no table
     table_rows: Callable[[np.ndarray], np.ndarray] | None = None
-    wavelength_of: Callable[[np.ndarray], np.ndarray] | None = None  #: of rows of the table; NaN: it has none [nm]
+    #: Wavelength of its table that serves each wavelength, NaN where the table has none [nm]
+    table_wavelength_nm: Callable[[np.ndarray], np.ndarray] | None = None
     is_file: bool = False  #: Whether the light of a file is the whole light of a scene, unless a beam is asked for
     is_sunless: bool = False  #: Whether it is the same under any sun, so that no pattern can be around it
     words: str = ""  #: For a person, by default "a uniform sky"
@@ -226,7 +228,10 @@ def model_diffuse(
         return dataclasses.replace(found, notes=notes, options=dict(options or {}))
 
     is_sunless = isinstance(model, Share) and name in ("UniformSky", "OvercastSky")
-    return DiffuseSky(name=name, lower=lower, is_spectral=True, is_sunless=is_sunless, **how)
+    of_table = getattr(model, "table_wavelength_nm", None)
+    return DiffuseSky(
+        name=name, lower=lower, is_spectral=True, is_sunless=is_sunless, table_wavelength_nm=of_table, **how
+    )
 
 
 def _every_row(component: Component, n_rows: int) -> Component:

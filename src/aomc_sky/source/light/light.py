@@ -127,6 +127,7 @@ def _sun_and_sky(
             origin = DIFCOL if inputs.shares is not None else SKY_TOML
             amounts = amounts_of_fractions(split.direct_fraction, intensity, sun, origin)
         diffuse = sky.lower(sun, rows, amounts)
+    of_table = sky.table_wavelength_nm
     components += scaled(diffuse.components, 1.0 - rows.direct_fraction)
     own = None if diffuse.irradiance is None else diffuse.irradiance[rows.of_band]
     notes = [*_split_notes(split, sky if is_lit else None, inputs, sun), *diffuse.notes]
@@ -146,7 +147,7 @@ def _sun_and_sky(
     return Light(
         components=tuple(components),
         row_of_band=rows.of_band,
-        sky_wavelength_nm=sky.wavelength_of(rows.table_row)[rows.of_band] if is_lit and sky.wavelength_of else None,
+        sky_wavelength_nm=of_table(bands.wavelength_nm) if is_lit and of_table is not None else None,
         intensity=None if inputs.shares is None else intensity,
         notes=tuple(notes),
         options={
@@ -174,13 +175,23 @@ def _rows(sky: DiffuseSky, fractions: np.ndarray, wavelength_nm: np.ndarray, *, 
     n_bands = fractions.size
     if sky.is_spectral:
         every = np.arange(n_bands)
-        return Rows(direct_fraction=fractions, wavelength_nm=wavelength_nm, table_row=every, of_band=every)
+        return Rows(
+            direct_fraction=fractions,
+            wavelength_nm=wavelength_nm,
+            table_row=every,
+            of_band=every,
+            band_nm=wavelength_nm,
+        )
     table = np.zeros(n_bands, np.int64)
     if sky.table_rows is not None and has_table:
         table = sky.table_rows(wavelength_nm)
     pairs, first, rows = np.unique(np.column_stack([fractions, table]), axis=0, return_index=True, return_inverse=True)
     return Rows(
-        direct_fraction=pairs[:, 0], wavelength_nm=wavelength_nm[first], table_row=table[first], of_band=rows.ravel()
+        direct_fraction=pairs[:, 0],
+        wavelength_nm=wavelength_nm[first],
+        table_row=table[first],
+        of_band=rows.ravel(),
+        band_nm=wavelength_nm,
     )
 
 

@@ -1,23 +1,26 @@
-"""The radiance field that sky.toml names, as the diffuse sky of a scene."""
+"""The radiance field of a file, named alone or in sky.toml, as the diffuse sky of a scene."""
 
 from __future__ import annotations
 
 import dataclasses
 import os
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from aomc_sky.errors import FieldError, InputFileError
+from aomc_sky.errors import FieldError, InputFileError, UsageError
+from aomc_sky.formats import netcdf
 from aomc_sky.formats.radiance_csv import read_radiance_points
 from aomc_sky.formats.sky_toml.file import problem_of_key
 from aomc_sky.formats.sky_toml.sections import FieldSection, PerezSection, SunSection
 from aomc_sky.skies.measured import RadianceField
-from aomc_sky.skies.radiance_field import has_wavelength, read_radiance_field
-from aomc_sky.skies.tabulated import TabulatedSky, Weighting
+from aomc_sky.skies.radiance_field import read_radiance_field
+from aomc_sky.skies.tabulated import TabulatedSky, Weighting, polarised_parts
 from aomc_sky.source.light.diffuse import FIELD, Diffuse, DiffuseSky, Rows, diffuse_of, model_diffuse, patterned
 from aomc_sky.source.light.sun import Sun
+from aomc_sky.source.read.measured import read_radiance_csv
 from aomc_sky.source.scene import require_projected
 from aomc_sky.wavebands import nearest_wavelength_index
 
@@ -29,7 +32,6 @@ class SkyField:
     section: FieldSection
     variable: str
     sky: TabulatedSky
-    has_wavelength: bool  #: False: the same sky at all wavelengths
     sun: None = None  #: a field does not say it
 
     def diffuse(self, folder: str, *, per_solid_angle: bool) -> DiffuseSky:
@@ -40,7 +42,7 @@ class SkyField:
 
         def rows_of(wavelength_nm: np.ndarray) -> np.ndarray:
             rows = nearest_wavelength_index(wavelength_nm, sky.wavelength_nm)
-            if self.has_wavelength:
+            if self.sky.has_wavelength:
                 sky.warn_of_distance(wavelength_nm, rows, self.section.file)
             return rows
 
@@ -49,25 +51,25 @@ class SkyField:
             components = sky.lower_rows_in_unit(rows.table_row)
             components = patterned(sky, components, sun, field_rows.wavelength_nm, self.section.file)
             found = diffuse_of(components, self.section.file, field_rows)
-            notes = (*self.notes, *found.notes)
+            remarks = (f"sky field: {remark}" for remark in sky.notes(rows.band_nm))
+            notes = (self.reading, *remarks, *found.notes)
             return dataclasses.replace(found, notes=notes, options={"field": self.as_options(folder)})
 
         return DiffuseSky(
             name=FIELD,
             lower=lower,
             table_rows=rows_of,
-            wavelength_of=lambda rows: np.where(self.has_wavelength, sky.wavelength_nm[rows], np.nan),
+            table_wavelength_nm=sky.table_wavelength_nm,
             words="the field of sky.toml",
         )
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes on the file, with its gaps and the assumptions."""
+    def reading(self) -> str:
+        """What was read, for a person."""
         grid, n_wl = self.sky.grid, self.sky.wavelength_nm.size
-        wavelengths = f", {n_wl} wavelength{'s' * (n_wl != 1)}" if self.has_wavelength else ""
+        wavelengths = f", {n_wl} wavelength{'s' * (n_wl != 1)}" if self.sky.has_wavelength else ""
         origin = f"{self.section.file}, {self.variable!r}"
-        read = f"sky field: {origin}, {grid.n_zenith} x {grid.n_azimuth} patches{wavelengths}"
-        return (read, *(f"sky field: {remark}" for remark in self.sky.remarks))
+        return f"sky field: {origin}, {grid.n_zenith} x {grid.n_azimuth} patches{wavelengths}"
 
     def as_options(self, folder: str) -> dict[str, Any]:
         """JSON values for a manifest; the same wherever the scene lies."""
@@ -79,7 +81,7 @@ class SkyField:
             "isel": dict(self.section.isel),
             "n_zenith": self.sky.grid.n_zenith,
             "n_azimuth": self.sky.grid.n_azimuth,
-            "wavelength_nm": self.sky.wavelength_nm.tolist() if self.has_wavelength else None,
+            "wavelength_nm": self.sky.wavelength_nm.tolist() if self.sky.has_wavelength else None,
             "remarks": list(self.sky.remarks),
         }
 
@@ -110,8 +112,27 @@ def read_sky_field(section: FieldSection, toml_path: str, sun: SunSection) -> Sk
     """Read the file that `table` names; missing information is an error at a key of sky.toml (E710)."""
     if os.path.splitext(section.file)[1].lower() in _TABLES:
         return _read_measured(section, toml_path, sun)
-    from aomc_sky.source.read.measured import read_stokes_field
+    try:
+        return read_field(section, sun, may_ignore_sun=True)
+    except FieldError as error:
+        key = ("sky", error.argument if getattr(section, error.argument, None) else "table")
+        problem = problem_of_key(toml_path, key, "E710", error.message, error.advice)
+        raise InputFileError([problem]) from None
 
+
+def read_field(section: FieldSection, sun: SunSection, *, may_ignore_sun: bool) -> SkyField:
+    """Read a netCDF file; FieldError for missing information.
+
+    A grid of radiances needs no sun; a UsageError says so, unless `may_ignore_sun`.
+    """
+    stokes = partial(
+        polarised_parts, variable=section.variable, variable_q=section.variable_q, variable_u=section.variable_u
+    )
+    field = netcdf.read_field(section.file, variable=section.variable, isel=dict(section.isel), stokes=stokes)
+    names = list(map(str, field.data_vars))
+    if section.stokes_signs is not None and len(names) == 1:
+        message = "--stokes-signs (stokes_signs) are for a field of Q and U, and this one is read without"
+        raise FieldError(message, argument="stokes_signs")
     how: dict[str, Any] = {
         "names": {name: getattr(section, name) for name in ("zenith", "azimuth", "wavelength")},
         "angle_unit": section.angle_unit,
@@ -119,30 +140,22 @@ def read_sky_field(section: FieldSection, toml_path: str, sun: SunSection) -> Sk
         "radiance_unit": section.radiance_unit,
         "sun_azimuth_deg": sun.azimuth_deg,
     }
-    try:
-        field, names = read_stokes_field(
-            section.file,
-            *(section.variable, section.variable_q, section.variable_u, section.stokes_signs),
-            isel=dict(section.isel),
-        )
-        if len(names) == 1:
-            read = read_radiance_field(field, variable=names[0], **how)
-        else:
-            from aomc_sky.skies.polarised_field import read_polarised_field
+    if len(names) == 1:
+        read = partial(read_radiance_field, field, variable=names[0], **how)
+    else:
+        from aomc_sky.skies.polarised_field import read_polarised_field
 
-            read = read_polarised_field((field, names), section.stokes_signs or (1, 1), **how)
-        sky = TabulatedSky(weighting=Weighting.PROJECTED, **read)
-    except FieldError as error:
-        key = ("sky", error.argument if getattr(section, error.argument, None) else "table")
-        problem = problem_of_key(toml_path, key, "E710", error.message, error.advice)
-        raise InputFileError([problem]) from None
-    is_spectral = has_wavelength(field, names[0], section.wavelength)
-    return SkyField(section=section, variable=names[0], sky=sky, has_wavelength=is_spectral)
+        read = partial(read_polarised_field, (field, names), section.stokes_signs or (1, 1), **how)
+    try:
+        made = read(sun={"sun_zenith_deg": sun.zenith_deg, "sun_azimuth_deg": sun.azimuth_deg})
+    except UsageError:
+        if not may_ignore_sun:
+            raise
+        made = read()
+    return SkyField(section=section, variable=names[0], sky=TabulatedSky(weighting=Weighting.PROJECTED, **made))
 
 
 def _read_measured(section: FieldSection, toml_path: str, sun: SunSection) -> MeasuredField:
-    from aomc_sky.source.read.measured import read_radiance_csv
-
     for key in _NETCDF_KEYS:
         if getattr(section, key):
             message, advice = f"{key} is for a netCDF file, and table names a table of text", "remove it"

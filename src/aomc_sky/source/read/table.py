@@ -49,7 +49,7 @@ def table_diffuse(
         name="table",
         lower=lower,
         table_rows=rows_of,
-        wavelength_of=lambda rows: table.wavelength_nm[rows],
+        table_wavelength_nm=sky.table_wavelength_nm,
         is_file=True,
         words="skydist.inp",
     )

@@ -1,0 +1,104 @@
+"""The scene of radiances that are named alone: a measured sky, or a radiance field."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.errors import FieldError, InputWarning, SceneError, UsageError
+from aomc_sky.formats.netcdf import lights_beside
+from aomc_sky.formats.sky_toml.sections import FieldSection, SunSection
+from aomc_sky.formats.text_file import refuse
+from aomc_sky.source.light.diffuse import DiffuseSky, model_diffuse
+from aomc_sky.source.light.inputs import LightInputs, Unsaid
+from aomc_sky.source.read.field import read_field
+from aomc_sky.source.read.measured import read_radiance_csv
+from aomc_sky.source.scene import Scene
+from aomc_sky.source.weather_scene import scene_of_sky
+from aomc_sky.wavebands import Wavebands, listed_bands, only_bands
+
+
+def measured_scene(
+    path: str | os.PathLike[str],
+    given: LightInputs,
+    *,
+    iterations: int | None = None,
+    wavelength_nm: Sequence[float] | None = None,
+    wavebands: Sequence[int] | None = None,
+    **how: Any,
+) -> Scene:
+    """A scene of a measured sky, at its own wavelengths by default, and of the beam that `given` asks for.
+
+    `how` is as `read_radiance_csv` takes it.
+    """
+    sky = read_radiance_csv(path, sun_zenith_deg=given.sun.zenith_deg, sun_azimuth_deg=given.sun.azimuth_deg, **how)
+    if sky.sun_deg is not None:
+        on_file = SunSection(zenith_deg=sky.sun_deg[0], azimuth_deg=sky.sun_deg[1], origin="measured sky")
+        given = dataclasses.replace(given, sun=given.sun.over(on_file))
+    diffuse = model_diffuse(sky, is_file=True, words="the measured sky")
+    asked_nm = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
+    options = {name: value for name, value in how.items() if isinstance(value, str)}
+    return _scene_of_table(path, diffuse, given, options, asked_nm, iterations, wavebands)
+
+
+def field_scene(
+    section: FieldSection,
+    given: LightInputs,
+    *,
+    iterations: int | None = None,
+    wavelength_nm: Sequence[float] | None = None,
+    wavebands: Sequence[int] | None = None,
+) -> Scene:
+    """A scene of the radiance field of a netCDF file, and of the beam that `given` asks for."""
+    path = section.file
+    may_ignore_sun = given.has_amounts or given.is_cloudless or given.polarisation is not None  # it is theirs
+    try:
+        field = read_field(section, given.sun, may_ignore_sun=may_ignore_sun)
+    except FieldError as error:
+        raise refuse(path, error.message, advice=error.advice, code="E710") from None
+    except SceneError as error:
+        raise refuse(path, str(error), code="E710") from None
+    if wavelength_nm is None and not field.sky.has_wavelength:
+        raise UsageError(f"{path} has no wavelengths: write --wavelengths 412 443 555")
+    if not (given.has_amounts or given.is_cloudless or given.diffuse_only) and (beside := lights_beside(path)):
+        text = (
+            f"the radiances of {os.path.basename(path)} are not all of its light, and the rest is missing "
+            f"({', '.join(beside)}); for a beam of the sun write two of {{dni}}, {{dhi}} and {{ghi}} and where the sun "
+            "is, for the sky alone {diffuse_only:True}"
+        )
+        warnings.warn(given.say(text), InputWarning, stacklevel=3)
+    diffuse = field.diffuse(os.path.dirname(path), per_solid_angle=False)
+    diffuse = dataclasses.replace(diffuse, is_file=True, words="the radiance field")
+    asked_nm = field.sky.wavelength_nm if wavelength_nm is None else wavelength_nm
+    return _scene_of_table(path, diffuse, given, {}, asked_nm, iterations, wavebands)
+
+
+def _scene_of_table(
+    path: str | os.PathLike[str],
+    sky: DiffuseSky,
+    given: LightInputs,
+    options: dict[str, Any],
+    wavelength_nm: Sequence[float] | np.ndarray,
+    iterations: int | None,
+    wavebands: Sequence[int] | None,
+) -> Scene:
+    bands = Wavebands(wavelength_nm=np.asarray(wavelength_nm, float))
+    sun = given.sun  # the one by which the sky was read, unless a beam has it
+    angles = {"zenith_deg": sun.zenith_deg, "azimuth_deg": sun.azimuth_deg}
+    if None not in angles.values():
+        options = {**options, "sun": {**angles, "disc": False, "from": sun.origin}}
+    photons = np.full(bands.n_bands, 10**6 if iterations is None else iterations)
+    return scene_of_sky(
+        sky,
+        given,
+        bands,
+        only_bands(photons, wavebands, bands.wavelength_nm),
+        unsaid=Unsaid.WHOLE,
+        input_files={"radiance": os.fspath(path)},
+        options={**options, "wavebands": listed_bands(wavebands)},
+    )
