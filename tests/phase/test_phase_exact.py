@@ -83,6 +83,7 @@ def test_hg_density_and_tails(sign):
             assert exact.ulps(H.pdf_sr(v, sign * g), density) <= 5
             for found, true in ((H.cdf(v, sign * g), below), (H.survival(v, sign * g), above)):
                 assert found == 0 if abs(true) < 1e-60 else exact.ulps(found, true) <= 5
+    assert H.survival(2.0, sign * np.linspace(0.0, 0.99, 9999)).max() == 1  # a probability
 
 
 def test_rayleigh_density_and_cdf():

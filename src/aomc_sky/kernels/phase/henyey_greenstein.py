@@ -163,5 +163,5 @@ def tails(v, g):
     h, off, _ = mirrored(g)
     d, rest = gap(h)
     a, b, square, R = root(v, h, off, d, rest)
-    near, far = (1.0 + h) * a / (square + d * R), d * b / (square + (1.0 + h) * R)
+    near, far = smaller((1.0 + h) * a / (square + d * R), 1.0), smaller(d * b / (square + (1.0 + h) * R), 1.0)
     return (1.0 - off) * far + off * near, (1.0 - off) * near + off * far
