@@ -92,6 +92,7 @@ def test_rayleigh_density_and_cdf():
             assert exact.ulps(R.pdf_mu(mu, gamma), exact.rayleigh_pdf(mu, gamma)) <= 3
             assert exact.ulps(R.pdf_sr(mu, gamma), exact.rayleigh_pdf(mu, gamma) / (2 * mp.pi)) <= 4
             assert exact.ulps(R.cdf_mu(mu, gamma), exact.rayleigh_cdf(mu, gamma)) <= 4
+    assert R.cdf_mu(1.0, np.linspace(0.0, 1.0, 9999)).max() == 1
 
 
 def test_moments_are_those_of_the_density():

@@ -1,4 +1,4 @@
-"""The Rayleigh phase function's formulas: + - x / alone, one text for arrays and for kernels.
+"""The Rayleigh phase function's formulas: + - x / and a minimum, one text for arrays and for kernels.
 
 The derivation is in docs/models/rayleigh.md.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.formula import inlined_formula
+from aomc_sky.kernels.formula import inlined_formula, smaller
 
 # the cubic's root over t, divided by its two ends, less 1: fitted by least squares, relative error 0.4 %
 _START = (0.98818173, -3.01206685, 1.60357082)
@@ -57,7 +57,7 @@ def cumulated(mu, gamma):
     """Probability of a smaller mu, with the factor 1 + mu taken out so that its small values keep their digits."""
     s = 1.0 - gamma
     inside = 3.0 * (1.0 + 3.0 * gamma) + s * (1.0 - mu * (1.0 - mu))
-    return (1.0 + mu) * inside / (8.0 + 16.0 * gamma)
+    return smaller((1.0 + mu) * inside / (8.0 + 16.0 * gamma), 1.0)
 
 
 @inlined_formula
