@@ -10,7 +10,7 @@ import numpy as np
 
 from aomc_sky.directions import EDGE_DEG, AzimuthConvention, sin_cos_deg, travel_from_sky
 from aomc_sky.errors import FieldError, UsageError
-from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
+from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor, unit_in
 from aomc_sky.formats.radiance_words import (
     LOGARITHM,
     MOST_SAID,
@@ -83,6 +83,7 @@ def read_radiance_field(
     wavelength_nm = np.array([550.0]) if wavelength is None else wavelengths_nm(wavelength)
     if wavelength is None:
         remarks.append("the field has no wavelength, so its sky is the same at all wavelengths")
+    spectral = {"has_wavelength": wavelength is not None}
     point_nm = None if wavelength is None else _nm_of_points(field, zenith, azimuth, wavelength, wavelength_nm)
     row_wavelength, n_rows = (wavelength, wavelength_nm.size) if point_nm is None else (None, 1)
     values = _values(field, zenith, azimuth, row_wavelength, n_rows)
@@ -103,7 +104,7 @@ def read_radiance_field(
                 means = [_joined(angle, turned, row, product) for row in values]
                 values, slope = (np.stack(part) for part in zip(*means, strict=True))
             made = {"wavelength_nm": wavelength_nm, "values": values, "slope": slope, "grid": product}
-            return {**made, "remarks": (*remarks, *gaps), "radiance_unit": unit}
+            return {**made, "remarks": (*remarks, *gaps), "radiance_unit": unit, **spectral}
         if grid is None and np.isfinite(values).all(axis=0).mean() >= 0.5:
             grid = product  # else points that were unstacked, or a scan: no field
             remarks += gaps
@@ -115,13 +116,7 @@ def read_radiance_field(
     grid = PatchGrid.regular(90, 180) if grid is None else grid
     wavelength_nm, values, slope = _interpolated((angle, turned), values, wavelength_nm, point_nm, grid, sun, remarks)
     made = {"wavelength_nm": wavelength_nm, "values": values, "slope": None if has_bounds else slope, "grid": grid}
-    return {**made, "remarks": tuple(remarks), "radiance_unit": unit}
-
-
-def has_wavelength(field: Any, variable: str | None = None, given: str | None = None) -> bool:
-    """Whether a field has a coordinate of wavelengths, of the name that is given or any."""
-    field, bounds = field_and_bounds(field, variable)
-    return axis_of(field, "wavelength", given, bounds) is not None
+    return {**made, "remarks": tuple(remarks), "radiance_unit": unit, **spectral}
 
 
 def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
@@ -138,15 +133,24 @@ def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
     for name, value in field.attrs.items():
         if given is None and is_factor(name) and not _is_neutral(value):
             raise FieldError(f"the attribute {name!r} of the field is {value}, besides its unit", SAY_FACTOR)
+    of_file = [one for one in sentences_of_file(field.attrs) if "radiance" in one.lower()]
+    said = [unit[1] for text in [*texts, *_notes(field.attrs), *of_file] if (unit := unit_in(text))]
+    said += [str(text).strip() for name, text in field.attrs.items() if name.lower() == "unit"]
+    if given is not None:
+        said = []
+    elif not stated and said:
+        stated = said[0]
     if not stated:
         remarks.append("the field has no unit of radiance, so its light is relative (--radiance-unit says one)")
         return 0.0
-    of_file = [one for one in sentences_of_file(field.attrs) if "radiance" in one.lower()]
+    factor = radiance_factor(stated)
+    if other := next((unit for unit in said if unit != stated and radiance_factor(unit) != factor), ""):
+        message = f"the unit of the field is {stated!r}, and its text says {other!r}"
+        raise FieldError(message, SAY_UNIT, "radiance_unit")
     if given is None and (
         found := next(filter(None, map(STATED_FACTOR.search, [*texts, *_notes(field.attrs), *of_file])), None)
     ):
         raise FieldError(f"the text of the field says {found[0]!r} besides its unit", SAY_FACTOR, "radiance_unit")
-    factor = radiance_factor(stated)
     if factor is None:
         raise FieldError(f"the unit {stated!r} of the field is none of spectral radiance", SAY_UNIT, "radiance_unit")
     return factor

@@ -14,7 +14,7 @@ from aomc_sky.formats.radiance_csv import read_radiance_points
 from aomc_sky.formats.sky_toml.file import problem_of_key
 from aomc_sky.formats.sky_toml.sections import FieldSection, PerezSection, SunSection
 from aomc_sky.skies.measured import RadianceField
-from aomc_sky.skies.radiance_field import has_wavelength, read_radiance_field
+from aomc_sky.skies.radiance_field import read_radiance_field
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
 from aomc_sky.source.light.diffuse import FIELD, Diffuse, DiffuseSky, Rows, diffuse_of, model_diffuse, patterned
 from aomc_sky.source.light.sun import Sun
@@ -29,7 +29,6 @@ class SkyField:
     section: FieldSection
     variable: str
     sky: TabulatedSky
-    has_wavelength: bool  #: False: the same sky at all wavelengths
     sun: None = None  #: a field does not say it
 
     def diffuse(self, folder: str, *, per_solid_angle: bool) -> DiffuseSky:
@@ -40,8 +39,7 @@ class SkyField:
 
         def rows_of(wavelength_nm: np.ndarray) -> np.ndarray:
             rows = nearest_wavelength_index(wavelength_nm, sky.wavelength_nm)
-            if self.has_wavelength:
-                sky.warn_of_distance(wavelength_nm, rows, self.section.file)
+            sky.warn_of_distance(wavelength_nm, rows, self.section.file)
             return rows
 
         def lower(sun: Sun | None, rows: Rows, _: PerezSection) -> Diffuse:
@@ -56,7 +54,7 @@ class SkyField:
             name=FIELD,
             lower=lower,
             table_rows=rows_of,
-            wavelength_of=lambda rows: np.where(self.has_wavelength, sky.wavelength_nm[rows], np.nan),
+            wavelength_of=lambda rows: np.where(bool(sky.has_wavelength), sky.wavelength_nm[rows], np.nan),
             words="the field of sky.toml",
         )
 
@@ -64,7 +62,7 @@ class SkyField:
     def notes(self) -> tuple[str, ...]:
         """Notes on the file, with its gaps and the assumptions."""
         grid, n_wl = self.sky.grid, self.sky.wavelength_nm.size
-        wavelengths = f", {n_wl} wavelength{'s' * (n_wl != 1)}" if self.has_wavelength else ""
+        wavelengths = f", {n_wl} wavelength{'s' * (n_wl != 1)}" if self.sky.has_wavelength else ""
         origin = f"{self.section.file}, {self.variable!r}"
         read = f"sky field: {origin}, {grid.n_zenith} x {grid.n_azimuth} patches{wavelengths}"
         return (read, *(f"sky field: {remark}" for remark in self.sky.remarks))
@@ -79,7 +77,7 @@ class SkyField:
             "isel": dict(self.section.isel),
             "n_zenith": self.sky.grid.n_zenith,
             "n_azimuth": self.sky.grid.n_azimuth,
-            "wavelength_nm": self.sky.wavelength_nm.tolist() if self.has_wavelength else None,
+            "wavelength_nm": self.sky.wavelength_nm.tolist() if self.sky.has_wavelength else None,
             "remarks": list(self.sky.remarks),
         }
 
@@ -136,8 +134,7 @@ def read_sky_field(section: FieldSection, toml_path: str, sun: SunSection) -> Sk
         key = ("sky", error.argument if getattr(section, error.argument, None) else "table")
         problem = problem_of_key(toml_path, key, "E710", error.message, error.advice)
         raise InputFileError([problem]) from None
-    is_spectral = has_wavelength(field, names[0], section.wavelength)
-    return SkyField(section=section, variable=names[0], sky=sky, has_wavelength=is_spectral)
+    return SkyField(section=section, variable=names[0], sky=sky)
 
 
 def _read_measured(section: FieldSection, toml_path: str, sun: SunSection) -> MeasuredField:

@@ -20,7 +20,6 @@ from aomc_sky.formats.sky_toml.sections import SunSection
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.measured import RadianceField
-from aomc_sky.skies.radiance_field import has_wavelength
 from aomc_sky.skies.tabulated import TabulatedSky, polarised_parts
 from aomc_sky.source.light.diffuse import FIELD, DiffuseSky, model_diffuse
 from aomc_sky.source.light.inputs import LightInputs, Unsaid
@@ -194,7 +193,7 @@ def field_scene(
         raise refuse(path, error.message, advice=error.advice, code="E710") from None
     except SceneError as error:
         raise refuse(path, str(error), code="E710") from None
-    if wavelength_nm is None and not has_wavelength(field, names[0]):
+    if wavelength_nm is None and not sky.has_wavelength:
         raise UsageError(f"{path} has no wavelengths: write --wavelengths 412 443 555")
     if not (given.has_amounts or given.is_cloudless or given.diffuse_only) and (beside := lights_beside(path)):
         text = (
