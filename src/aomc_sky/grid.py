@@ -11,6 +11,9 @@ from aomc_sky.errors import SceneError, floats
 from aomc_sky.record import same_content
 from aomc_sky.whole_number import as_index
 
+MAX_PATCHES = 2**27
+"""As many as a sky file may have."""
+
 
 @in_both_units
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
@@ -96,6 +99,8 @@ class PatchGrid:
         n_zenith, n_azimuth = as_index(n_zenith, "n_zenith"), as_index(n_azimuth, "n_azimuth")
         if n_zenith < 1 or n_azimuth < 1:
             raise ValueError(f"a grid needs at least one ring and one column, got {n_zenith} x {n_azimuth}")
+        if n_zenith * n_azimuth > MAX_PATCHES:
+            raise SceneError(f"a grid has at most 2^27 = {MAX_PATCHES} patches, got {n_zenith} x {n_azimuth}")
         zenith = np.arange(n_zenith + 1) * 90.0 / n_zenith
         azimuth = np.arange(n_azimuth + 1) * 360.0 / n_azimuth
         return cls(

@@ -219,6 +219,8 @@ def prepare_target(target: Path) -> None:
 
     OutputError for a device or a pipe, which a file would replace.
     """
+    if "\0" in str(target):
+        raise OutputError(f"cannot write {str(target)!r}: no file can have this name (embedded null byte)")
     if os.path.lexists(target) and not (target.is_symlink() or target.is_file() or target.is_dir()):
         raise OutputError(f"cannot write {target}: this is a device or a pipe")
     drop_leftovers(target.parent, lambda name: name == target.name)

@@ -67,7 +67,7 @@ def test_a_field_of_three_is_polarised_as_in_python(field, tmp_path, told):
     old = tmp_path / "old.nc"
     stacked(field, "UIQ").to_dataset(name="radiance").to_netcdf(old, engine="scipy", format="NETCDF3_64BIT")
     said = told("run", plain, "--dry-run").out
-    assert "note: sky field: photons carry q and u of Q and U of the field; V is not read" in said
+    assert "note: sky field: photons carry q and u of Q and U of the field, of a degree up to" in said
     assert "modelled: linear polarisation of sky" in said
     ways = [(plain,), (odd, *ODD), (rows,), (old,), (plain, "--stokes-signs", 1, -1), (plain, *SWAPPED)]
     found = [plan_of("run", *words, folder=tmp_path / str(k)).sha256 for k, words in enumerate(ways)]

@@ -151,6 +151,8 @@ def test_out_is_filled_and_checked():
     small = source.photons(0, 0, 10)
     with pytest.raises(ValueError, match="at least 1000"):
         source.photons(0, 10, 1010, out=small)
+    with pytest.raises(sky.UsageError, match="expected a PhotonBatch, got ndarray"):
+        source.photons(0, 10, 1010, out=np.empty((3, 1000), np.float32))
     memory = np.empty(3000, np.float32)
     overlapping = dataclasses.replace(fresh, ux=memory[:1000], uy=memory[999:1999], uz=memory[2000:])
     with pytest.raises(ValueError, match="overlap"):

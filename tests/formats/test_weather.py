@@ -325,11 +325,14 @@ def test_a_file_of_another_kind_is_named(given, of, advice):
     [
         "Source,Latitude\nNSRDB,40.0\nYear,Month,Day,Hour,Minute,DHI,DNI,GHI\n2020,6,21,12,30,100,900,950\n",
         "Latitude (decimal degrees): 45.0\nmonth,year\ntime(UTC),T2m,RH,G(h),Gb(n),Gd(h)\n20140101:0000,3.4,80,0,0,0\n",
+        "DATE (MM/DD/YYYY),MST,Global CMP22 [W/m^2],Direct NIP [W/m^2]\n06/21/2020,10:00,700,780\n",
+        "-END HEADER-\nYEAR,MO,DY,HR,ALLSKY_SFC_SW_DWN\n2020,6,21,10,700\n",
+        "latitude,longitude\n52,13\n\ntime,shortwave_radiation (W/m²),diffuse_radiation (W/m²)\n2020,700,90\n",
         "# Coding: utf-8\n# Observation period;TOA;GHI;BHI;DHI;BNI\n2020-06-21T12:00;1200;880;1;1;1\n",
     ],
 )
 def test_tables_of_irradiances_of_others_have_their_advice(kind, text, tmp_path):
-    (tmp_path / "site.csv").write_text(text)
+    (tmp_path / "site.csv").write_text(text, encoding="utf-8")
     with pytest.raises(InputFileError, match="this seems to be a table of irradiances: write two irradiances"):
         read_weather(tmp_path / "site.csv", kind)
     with pytest.raises(

@@ -51,6 +51,8 @@ def test_a_masked_radiance_of_points_is_a_gap():
     hidden = np.ma.masked_array(np.nan_to_num(values, nan=9.97e36), mask=np.isnan(values))
     gap, masked = (sky.RadianceField.from_points(zenith, azimuth, one) for one in (values, hidden))
     assert masked == gap
+    square = [np.reshape(one, (2, 3)) for one in (zenith, azimuth, values)]
+    assert sky.RadianceField.from_points(*square) == gap  # as numpy.meshgrid gives directions
     assert hidden.data[4] == 9.97e36
 
 
@@ -64,6 +66,7 @@ INFINITE = {
     "overcast": lambda x: sky.OvercastSky().radiance(x, 0.0, 550.0),
     "cie": lambda x: sky.CIESky(type=12, sun_zenith_deg=40.0).radiance(x, 0.0, 550.0),
     "clouds": lambda x: sky.HarrisonCoombesSky(sun_zenith_deg=40.0, cloud_cover=0.5).radiance(0.5, x, 550.0),
+    "sun": lambda x: sky.HarrisonCoombesSky(sun_zenith_deg=np.max(x)),
     "cross section": lambda x: sky.rayleigh_cross_section(1.0003, 288.0, 1.0 / x),
 }
 

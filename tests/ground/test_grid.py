@@ -47,6 +47,8 @@ def test_what_is_no_grid():
             sky.PatchGrid(zenith_bounds_deg=bounds, azimuth_bounds_deg=[[0, 360]])
     with pytest.raises(ValueError, match="at least one"):
         sky.PatchGrid.regular(0, 3)
+    with pytest.raises(sky.SceneError, match=r"at most 2\^27"):
+        sky.PatchGrid.regular(10**9, 10**9)
 
 
 @pytest.mark.parametrize(

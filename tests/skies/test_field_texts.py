@@ -113,6 +113,8 @@ def test_the_unit_has_other_spellings(name):
     field = east()
     field.radiance.attrs = {name: UNIT}
     assert read(field).radiance_unit == pytest.approx(1e-3)
+    field.radiance.attrs = {"long_name": f"sky radiance in {UNIT}"}
+    assert read(field).radiance_unit == pytest.approx(1e-3)
 
 
 @pytest.mark.parametrize(
@@ -252,6 +254,12 @@ def test_long_texts_of_a_stranger_take_no_time(words):
         (east(radiance={"remarks": "cosine-weighted"}), "says 'cosine-weighted'"),
         (east(radiance={"note": "multiply by 0.1"}), "says 'multiply' besides its unit"),
         (east(radiance={"long_name": "sky radiance per 10 nm"}), "says 'radiance per 10 nm' besides its unit"),
+        (east(radiance={"long_name": "sun-normalised radiance"}), "says 'sun-normalised' besides its unit"),
+        (east(radiance={"long_name": "radiance [W m-2 nm-1 sr-1]"}), "is 'mW m-2 nm-1 sr-1', and its text says 'W m-2"),
+        (east(of_file={"comment": "All radiances are in uW/(cm^2 nm sr)."}), "its text says 'uW/.cm"),
+        (east(radiance={"unit": "W m-2 nm-1 sr-1"}), "its text says 'W m-2 nm-1 sr-1'"),
+        (east(azimuth=DEGREES | {"long_name": "azimuth N-E-S-W"}), "does not say clearly|contradict"),
+        (east().isel(zenith=4), "one zenith angle, and its coordinate 'zenith' has no dimension; give it one"),
     ],
 )
 def test_what_would_be_another_sky_is_refused(field, why):

@@ -167,6 +167,12 @@ def test_gaps_and_what_is_no_light_are_refused():
             model(one)
     with pytest.raises(sky.SceneError, match="more polarised light"):
         model(field.assign(Q=5 * field["I"]))
+    absolute = field.assign(I=field["I"].assign_attrs(units="mW m-2 nm-1 sr-1"))
+    for attributes in ({"units": "1"}, {"units": "%"}, {"units": "W m-2 nm-1 sr-1"}, {"long_name": "Q/I"}):
+        with pytest.raises(sky.SceneError, match="give Q and U in the unit of I"):
+            model(absolute.assign(Q=field["Q"].assign_attrs(attributes)))
+    same = absolute.assign(Q=field["Q"].assign_attrs(units="mW/m2/nm/sr"))
+    assert "of a degree up to 0.76" in model(same).remarks[-1]
     with pytest.raises(sky.UsageError, match="stokes_signs"):
         read(field, stokes_signs=(1, 2))
     with pytest.raises(sky.UsageError, match="belong together"):

@@ -234,6 +234,10 @@ def test_refusals_say_what_to_write(change, options, message):
 def test_wavelengths_beyond_those_of_a_table_are_warned_of():
     with pytest.warns(sky.InputWarning, match=r"warning\[E310\]: 1 of 2 .* 440 to 550 nm; waveband 2 at 660 nm"):
         sky.Scene(wavebands=[500.0, 660.0], n_photons=10, components=read(field()))
+    one = field().isel(wavelength=0)
+    with pytest.warns(sky.InputWarning, match=r"outside the sky's wavelength 440 nm; waveband 2 at 660 nm takes 440"):
+        sky.Scene(wavebands=[440.0005, 660.0], n_photons=10, components=read(one))
+    sky.Scene(wavebands=[440.0, 660.0], n_photons=10, components=read(one.drop_vars("wavelength")))
 
 
 GAPS = np.ma.masked_greater(np.where(np.eye(1, 6) > 0, 1e20, 1.0), 1e10)

@@ -60,6 +60,12 @@ def test_coefficients_do_not_say_how_bright_the_beam_is():
         ({"sky": "overast"}, sky.UsageError, "there is no sky model 'overast'; the nearest is overcast"),
         ({"sky": "hydrolight"}, sky.UsageError, "HydroLight's pattern of the sky is harrison-coombes"),
         ({"sky": sky.DirectBeam(sun_zenith_deg=40.0)}, sky.UsageError, "DirectBeam is a beam and no diffuse sky"),
+        (
+            {"sky": sky.CIESky(type=12, sun_zenith_deg=50.0)},
+            sky.InputWarning,
+            "has its sun at a zenith angle of 50 and",
+        ),
+        ({"sky": "cie", "sky_options": [12]}, sky.UsageError, "sky_options are a mapping"),
         ({"clear_sky": 5}, sky.UsageError, "clear_sky must be a ClearSky"),
         ({"clear_sky": sky.ClearSky()}, sky.UsageError, "clear_sky=: used only for a cloudless sky"),
         ({"diffuse_only": "no"}, sky.UsageError, "diffuse_only must be True or False"),

@@ -28,7 +28,8 @@ def grid_of_edges(zenith_deg, azimuth_deg):
 def table_of(values, nm=(500.0,), **more):
     """A sky of values (n_zenith, n_azimuth) in a regular grid, or of so many for each wavelength."""
     values = np.reshape(values, (np.size(nm), *np.shape(values)[-2:]))
-    return sky.TabulatedSky(wavelength_nm=nm, values=values, grid=sky.PatchGrid.regular(*values.shape[1:]), **more)
+    grid, is_spectral = sky.PatchGrid.regular(*values.shape[1:]), np.size(nm) > 1
+    return sky.TabulatedSky(wavelength_nm=nm, values=values, grid=grid, has_wavelength=is_spectral, **more)
 
 
 def uneven_sky(n_zenith=18, n_azimuth=24, seed=11):

@@ -102,7 +102,7 @@ def weighted_source(precision):
     from aomc_sky import Footprint, PatchGrid, Scene, TabulatedSky
 
     grid, values = PatchGrid.regular(2, 2), np.array([[1.0, 2.0, 0.0, 5.0]])
-    table = TabulatedSky(wavelength_nm=[500.0], values=values, grid=grid, weighting="listed")
+    table = TabulatedSky(wavelength_nm=[500.0], values=values, grid=grid, has_wavelength=False)
     footprint = Footprint(shape="circle", size_x_m=30.0, size_y_m=30.0)
     scene = Scene(wavebands=[500.0, 600.0], n_photons=[700, 0], components=(table,), footprint=footprint)
     return scene.source(2, precision=precision, weights=True)

@@ -11,6 +11,7 @@ import numpy as np
 
 import aomc_sky
 from aomc_sky.directions import sky_angles
+from aomc_sky.errors import require_kind
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content
 
@@ -193,6 +194,7 @@ def batch_arrays(
             name: None if k is None else np.empty(n, k) for name, k in zip(_NAMES, expected, strict=False)
         }
         return arrays | {"numbers": np.empty((n_numbers, n), dtype).T if n_numbers else None}
+    require_kind(out, PhotonBatch, "out=batch, one that `photons` returned")
     arrays = dict.fromkeys(_NAMES)
     present: list[np.ndarray] = []
     for name, kind in zip(_NAMES, (*expected, dtype if n_numbers else None), strict=True):

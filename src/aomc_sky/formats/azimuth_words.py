@@ -70,7 +70,7 @@ _SPEAKS = re.compile(
     r"vehicle|bearing|plane|meridian|away|offset|goes|going|beam|ray|propagat\w+|travel\w*|photons?|mathematical\w*|ned|nwu|"
     r"meteorological|astronomical|nautical|minus[xy]|[xy][ -]axis|[ensw] (?:of|to|towards?|through|via) [ensw]|"
     r"to (?:north|east|south|west)|(?:at|to|towards?|through|via) [ensw])\b|"
-    r"\b[ensw] ?=|[=\d] ?[ensw]\b|^\W*[ensw]\W*$|\+[xy]\b"
+    r"\b[ensw] ?=|[=\d] ?[ensw]\b|^\W*[ensw]\W*$|\b[ensw](?: ?[-,/] ?[ensw]){2,3}\b|\+[xy]\b"
 )
 """Words of a text that is on where azimuths count; other texts are on something else."""
 _MAY_SPEAK = re.compile(r"\b(?:from|positive|negative|reference|left|right|instrument|frame)\b")

@@ -171,7 +171,7 @@ def unit_in(text: str) -> tuple[int, str] | None:
         start = before.end() + len(text[before.end() :]) - len(text[before.end() :].lstrip())
         ends = [one.start() for one in _AFTER_UNIT.finditer(text, start, start + _MOST_UNIT)]
         for end in reversed(ends):
-            unit = text[start:end].rstrip(" .")
+            unit = text[start:end].rstrip(" .]")
             if re.match(r"[^\W\d]|10 ?[\^*+-]|1e", unit) and radiance_factor(unit):
                 return start, unit
     return None

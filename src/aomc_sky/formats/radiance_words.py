@@ -90,7 +90,8 @@ STATED_FACTOR = re.compile(
     r"\b(?:multiply(?![ -]scatter)|multiplied|divided?|scaled?|scaling|factor)\b|\bunits? of (?:1e|10 ?\^?)[-+]?\d"
     r"|\b(?:radiances?|values)\b[^.;:]{0,40}?(?<!\d)(?<!\d )(?:\b(?:x|times)|[*\N{MULTIPLICATION SIGN}])"
     r" ?1(?:0{2,}|0 ?\^|e[-+]?\d)"  # no 1000 x 1000 pixels
-    r"|\bradiances? per (?!1 ?nm)\d+(?:\.\d+)? ?nm\b",
+    r"|\bradiances? per (?!1 ?nm)\d+(?:\.\d+)? ?nm\b"
+    r"|\b(?:sun|solar)[- ]normali[sz]ed\b|\bnormali[sz]ed (?:to|by|with)\b",
     re.I,
 )
 """Words of a text on radiances that are in another unit than the one stated."""
@@ -113,7 +114,9 @@ MOST_SAID = 1000
 _FACTORS = {"scale", "scales", "scaling", "scalefactor", "factor", "factors", "multiplier", "slope", "gain"}
 _FACTORS |= {"intercept", "offset", "offsets"}
 _OF_THE_PAST = {"calibration", "correction", "time", "immersion"}
-SAY_FACTOR = "write the factor as a part of the unit: --radiance-unit '10^-3 W m-2 nm-1 sr-1' (radiance_unit=)"
+SAY_FACTOR = (
+    "write the factor as a part of the unit: --radiance-unit '10^-3 W m-2 nm-1 sr-1' (radiance_unit=), or relative"
+)
 
 _TRAVEL = re.compile(
     r"(?<!error )(?<!errors )(?<!uncertainty )\b(?:propagat\w+|travel\w*)\b"

@@ -44,9 +44,10 @@ def seems_to_be(start: bytes) -> str:
 SAY_IRRADIANCES = "write two irradiances of the hour (--ghi, --dni, --dhi) with --time, --latitude and --longitude"
 _OF_PROGRAMS = (
     (re.compile(r"\W*location,", re.I), "an EPW file", "write --epw FILE --row N"),
-    (re.compile(r".*\bDate \(MM/DD/YYYY\)", re.I), "a TMY3 file", "write --tmy3 FILE --row N"),
-    (re.compile(r".*(?:\b(?:ghi|dni|dhi|bni|bhi)\b|\bG\(h\)|\bGb\(n\)|\bSWD \[)", re.I), "a table of irradiances",
-     SAY_IRRADIANCES),
+    (re.compile(r".*\bDate \(MM/DD/YYYY\),Time"), "a TMY3 file", "write --tmy3 FILE --row N"),
+    (re.compile(r".*(?:\b(?:ghi|dni|dhi|bni|bhi)\b|\bG\(h\)|\bGb\(n\)|\bSWD \[|\bALLSKY_SFC_SW"
+                r"|\b(?:global|direct|diffuse|shortwave)[^,;\t]*\bW ?/ ?m\W?[2²]\W*(?:[,;\t]|\Z))", re.I),
+     "a table of irradiances", SAY_IRRADIANCES),
     (re.compile(r".*\b(?:aeronet|almucantar)\b", re.I), "a file of AERONET",
      "write a row for each direction: docs/howto/measured_sky.md has a program for almucantars"),
 )  # fmt: skip

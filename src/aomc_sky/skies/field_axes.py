@@ -144,6 +144,10 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
         if role == "zenith":
             message = f"the field has no coordinate of zenith angles among {_listed(field)}"
             advice = "give it the name zenith, or say which one it is: zenith='NAME'"
+            single = {str(name): one.expand_dims("one") for name, one in field.coords.items() if not one.dims}
+            if alone := next((name for name, one in single.items() if _has_role(name, one, role)), None):
+                message = f"the field has one zenith angle, and its coordinate {alone!r} has no dimension"
+                advice = f"give it one: field.expand_dims({alone!r})"
             if any("nadir" in str(name).lower() for name in field.coords):
                 advice = "write zenith angles, 0 overhead: 180 degrees minus the angles from the nadir"
             raise FieldError(message, advice)

@@ -73,7 +73,7 @@ class HarrisonCoombesSky(Share):
         self._law()  # which checks the sun
 
     def _law(self) -> PerezSky:
-        e = 2.04 * math.cos(self.sun_zenith_rad) / 1.63
+        e = 2.04 * (math.cos(self.sun_zenith_rad) if math.isfinite(self.sun_zenith_rad) else 0.0) / 1.63
         return PerezSky(
             sun_zenith_rad=self.sun_zenith_rad,
             sun_azimuth_rad=self.sun_azimuth_rad,

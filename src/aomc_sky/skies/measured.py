@@ -172,6 +172,8 @@ class RadianceField(Share):
         if values.ndim == 2 and values.shape == (nm.size, zenith.size):
             n_wl, nm, values = nm.size, np.repeat(nm, zenith.size), values.ravel()
             zenith, azimuth = np.tile(zenith, n_wl), np.tile(azimuth, n_wl)
+        elif values.size == zenith.size:  # of a grid of directions, whose angles are in this order, too
+            nm, values = nm.ravel(), values.ravel()
         nm = np.broadcast_to(nm, values.shape) if nm.size == 1 else nm
         if not zenith.size == azimuth.size == values.size == nm.size:
             message = f"{zenith.size} zenith angles, {azimuth.size} azimuths and {nm.size} wavelengths do not fit"

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import FieldError, UsageError
-from aomc_sky.skies.field_axes import Axis, axis_of, field_and_bounds, radiances
+from aomc_sky.formats.radiance_unit import radiance_factor
+from aomc_sky.skies.field_axes import Axis, axis_of, field_and_bounds, radiances, stated_unit
 from aomc_sky.skies.radiance_field import read_radiance_field
 
 _NAME = re.compile(
@@ -17,6 +18,7 @@ _NAME = re.compile(
     r".*\bstokes (?:parameter |component |vector )?([iqu])\b.*|(?:sky_)?radiance"
 )
 """Names and long names of the three parameters, in small letters; the radiance alone is I."""
+_SHARE = re.compile(r"\b[QU] ?/ ?I\b|\b(?:normali[sz]ed|reduced|fractional)\b", re.I)
 _STOKES_Q = "_q"  # the name of Q where it is an entry of a dimension
 _ROUNDED = 1e-4  # the solvers' own
 _GAPS = ("valid_range", "valid_min", "valid_max", "_FillValue", "missing_value")
@@ -82,6 +84,14 @@ def read_polarised_field(
     light = radiances(field)
     if any({*dataset[one].dims} != {*field.dims} for one in others):
         raise FieldError(f"Q and U want the dimensions of {name!r}: {field.dims}", argument="variable")
+    of_light = stated_unit(field.attrs) or how.get("radiance_unit") or ""
+    for one in others:
+        unit, share = stated_unit(dataset[one].attrs), _SHARE.search(str(dataset[one].attrs.get("long_name", "")))
+        share = None if _SHARE.search(str(field.attrs.get("long_name", ""))) else share
+        if share or (unit != of_light and not _is_same(unit, of_light)):
+            what = f"is a share by its text, {share[0]!r}" if share else f"has the unit {unit!r}"
+            message = f"{one!r} {what}, and {name!r} has the unit {of_light!r}"
+            raise FieldError(message, "give Q and U in the unit of I: a share times I", "variable_q")
     q, u = (
         sign * radiances(dataset[one].transpose(*field.dims)) for sign, one in zip(stokes_signs, others, strict=True)
     )
@@ -105,8 +115,15 @@ def read_polarised_field(
         total = above + below
         shares.append(np.divide(2.0 * (above - below), total, out=np.zeros_like(total), where=total > 0))
     both = np.stack(shares) * (values / np.maximum(np.hypot(*shares), 1.0))
-    remarks = (*read["remarks"], "photons carry q and u of Q and U of the field; V is not read")
+    largest = np.max(np.hypot(q, u)[light > 0] / light[light > 0], initial=0.0)
+    said = f"photons carry q and u of Q and U of the field, of a degree up to {largest:.2g}; V is not read"
+    remarks = (*read["remarks"], said)
     return {**read, "values": values, "values_q": both[0], "values_u": both[1], "remarks": remarks}
+
+
+def _is_same(unit: str, of_light: str) -> bool:
+    """Whether Q or U may be in the unit of I: it states none, or the same in other words."""
+    return not unit or (radiance_factor(unit) or None) == radiance_factor(of_light)
 
 
 def _unstacked(dataset: Any, zenith: Axis, azimuth: Axis) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 
 from aomc_sky.directions import EDGE_DEG, AzimuthConvention, sin_cos_deg, travel_from_sky
 from aomc_sky.errors import FieldError, UsageError
-from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
+from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor, unit_in
 from aomc_sky.formats.radiance_words import (
     LOGARITHM,
     MOST_SAID,
@@ -132,15 +132,24 @@ def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
     for name, value in field.attrs.items():
         if given is None and is_factor(name) and not _is_neutral(value):
             raise FieldError(f"the attribute {name!r} of the field is {value}, besides its unit", SAY_FACTOR)
+    of_file = [one for one in sentences_of_file(field.attrs) if "radiance" in one.lower()]
+    said = [unit[1] for text in [*texts, *_notes(field.attrs), *of_file] if (unit := unit_in(text))]
+    said += [str(text).strip() for name, text in field.attrs.items() if name.lower() == "unit"]
+    if given is not None:
+        said = []
+    elif not stated and said:
+        stated = said[0]
     if not stated:
         remarks.append("the field has no unit of radiance, so its light is relative (--radiance-unit says one)")
         return 0.0
-    of_file = [one for one in sentences_of_file(field.attrs) if "radiance" in one.lower()]
+    factor = radiance_factor(stated)
+    if other := next((unit for unit in said if unit != stated and radiance_factor(unit) != factor), ""):
+        message = f"the unit of the field is {stated!r}, and its text says {other!r}"
+        raise FieldError(message, SAY_UNIT, "radiance_unit")
     if given is None and (
         found := next(filter(None, map(STATED_FACTOR.search, [*texts, *_notes(field.attrs), *of_file])), None)
     ):
         raise FieldError(f"the text of the field says {found[0]!r} besides its unit", SAY_FACTOR, "radiance_unit")
-    factor = radiance_factor(stated)
     if factor is None:
         raise FieldError(f"the unit {stated!r} of the field is none of spectral radiance", SAY_UNIT, "radiance_unit")
     return factor

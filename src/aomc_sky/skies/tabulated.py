@@ -26,6 +26,7 @@ _FIRST_AND_LAST_RING = np.float32(0.0261799)
 _HORIZON = 90
 _ROUNDED = 1e-6  # a degree of polarisation in float32 may be so much above 1
 _LEAST_NM = 20.0  # smaller wavelengths are those of light in micrometres
+_ROUNDED_NM = 1e-3  # metres in float32 are off by less
 _FAR_NM = 5.0  # farther from a wavelength the light of the sky may be several percent off
 
 # The program takes sine and cosine from its Fortran library, which is within 0.51 ulp but not correctly
@@ -90,7 +91,8 @@ class TabulatedSky(Share):
         One unit of the values in W m-2 nm-1 sr-1, so that a scene of them has irradiances in W m-2 nm-1; 0 for relative
         values. Only for `Weighting.PROJECTED`.
     has_wavelength : bool
-        False: the sky is the same at all wavelengths, and `wavelength_nm` holds one of them.
+        False: the sky is the same at all wavelengths, and `wavelength_nm` holds one of them. Else a scene warns of
+        wavebands outside the wavelengths.
     strength, irradiance_W_m2_nm : array_like, optional
         Share of the light in a scene of several models, as for `UniformSky`. [>= 0]
 
@@ -352,8 +354,7 @@ class TabulatedSky(Share):
         masses carry the weights that turn photons into flux, mean 1.
         """
         rows = self.table_index(wavelength_nm)
-        if self.wavelength_nm.size > 1:  # one row serves all wavelengths
-            self.warn_of_distance(wavelength_nm, rows)
+        self.warn_of_distance(wavelength_nm, rows)
         return self.lower_rows_in_unit(rows)
 
     def lower_rows_in_unit(self, rows: np.ndarray) -> tuple[Component, ...]:
@@ -367,15 +368,16 @@ class TabulatedSky(Share):
     def warn_of_distance(self, wavelength_nm: ArrayLike, rows: np.ndarray, path: str = "") -> None:
         """Warn of wavebands outside the table's wavelengths (E310); `rows` serve them, `path` is the table's file."""
         bands, known = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)), self.wavelength_nm
-        outside = (bands < known.min()) | (bands > known.max())
-        if not outside.any():
+        outside = (bands < known.min() - _ROUNDED_NM) | (bands > known.max() + _ROUNDED_NM)
+        if not outside.any() or not self.has_wavelength:
             return
         distance = np.where(outside, np.abs(bands - known[rows]), 0.0)
         k = int(distance.argmax())
+        span = f"wavelengths {known.min():g} to {known.max():g}" if known.size > 1 else f"wavelength {known[0]:g}"
         hint = "; are they micrometres? they count as nm" if known.max() < _LEAST_NM else ""
         warnings.warn(
             f"{path}{': ' * bool(path)}warning[E310]: {int(outside.sum())} of {bands.size} wavebands lie outside the "
-            f"sky's wavelengths {known.min():g} to {known.max():g} nm; waveband {k + 1} at {bands[k]:g} nm takes "
+            f"sky's {span} nm; waveband {k + 1} at {bands[k]:g} nm takes "
             f"{known[rows[k]]:g} nm, {distance[k]:g} nm away{hint}",
             InputWarning,
             stacklevel=5,

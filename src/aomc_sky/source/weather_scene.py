@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import UsageError, floats, number, require_one_of
+from aomc_sky.errors import UsageError, floats, number, require_one_of, shown_value
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL, PEREZ, Entrance
 from aomc_sky.source.light.diffuse import DiffuseSky, model_diffuse, named_diffuse, perez_diffuse, require_sky_name
@@ -183,6 +183,8 @@ def scene_of_weather(
 
 def sky_of(sky: Any, options: Mapping[str, Any], given: LightInputs, grid: PatchGrid | None = None) -> DiffuseSky:
     """The sky that a caller names or gives; by default that of Perez."""
+    if not isinstance(options, Mapping):
+        raise UsageError(f"sky_options are a mapping such as {{'type': 12}}, got {shown_value(options)}")
     say, named = given.say, " ".join(options)
     if sky is None or (isinstance(sky, str) and sky == "perez"):
         if options:

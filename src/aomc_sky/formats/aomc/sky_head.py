@@ -10,8 +10,9 @@ import numpy as np
 
 from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, ask_unit, list_integer
 from aomc_sky.formats.report import Report, beyond_memory
+from aomc_sky.grid import MAX_PATCHES
 
-MAX_BINS = 2**27
+MAX_BINS = MAX_PATCHES
 PATCH_BYTES, BIN_BYTES = 290, 24
 """Memory of a run for each patch and for each of its bins: measured for 1e6 to 1.8e7 bins, 1 to 18 wavelengths."""
 

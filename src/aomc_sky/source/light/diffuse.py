@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aomc_sky.component import Component
-from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.directions import travel_from_sky
+from aomc_sky.errors import InputWarning, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import value_problem
 from aomc_sky.formats.sky_toml.sections import PerezSection, SkySection
 from aomc_sky.inputs import Entrance
@@ -221,6 +222,8 @@ def model_diffuse(
         components = patterned(model, components, sun, rows.wavelength_nm, how.get("words") or f"sky {name!r}")
         if any(law_of(one.law).is_beam for one in components):
             raise UsageError(f"{name} is a beam and no diffuse sky; put it into Scene(components=[...])")
+        if sun is not None:
+            _warn_of_other_sun(model, name, sun)
         found = diffuse_of(components, f"sky {name!r}", rows)
         notes = found.notes + (tuple(model.notes(rows.wavelength_nm)) if hasattr(model, "notes") else ())
         if not (np.any(rows.direct_fraction > 0) or rows.is_alone) and hasattr(model, "missing_beam"):
@@ -232,6 +235,21 @@ def model_diffuse(
     return DiffuseSky(
         name=name, lower=lower, is_spectral=True, is_sunless=is_sunless, table_wavelength_nm=of_table, **how
     )
+
+
+_APART_DEG = 0.5  #: Two suns whose discs do not touch are two suns.
+
+
+def _warn_of_other_sun(model: Any, name: str, sun: Sun) -> None:
+    """Warn of a model that was made for another sun than that of the scene, which its beam has."""
+    if not (hasattr(model, "sun_zenith_rad") and hasattr(model, "sun_azimuth_rad")):
+        return
+    own = math.degrees(model.sun_zenith_rad), math.degrees(model.sun_azimuth_rad)
+    scene = sun.zenith_deg, sun.azimuth_deg
+    if float(travel_from_sky(*own) @ travel_from_sky(*scene)) < math.cos(math.radians(_APART_DEG)):
+        at, other = ("a zenith angle of {:.4g} and an azimuth of {:.4g}".format(*place) for place in (own, scene))
+        text = f"sky {name!r} has its sun at {at}, the scene at {other} degrees; give the sky the angles of that sun"
+        warnings.warn(text, InputWarning, stacklevel=5)
 
 
 def _every_row(component: Component, n_rows: int) -> Component:

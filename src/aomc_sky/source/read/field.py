@@ -42,8 +42,7 @@ class SkyField:
 
         def rows_of(wavelength_nm: np.ndarray) -> np.ndarray:
             rows = nearest_wavelength_index(wavelength_nm, sky.wavelength_nm)
-            if self.sky.has_wavelength:
-                sky.warn_of_distance(wavelength_nm, rows, self.section.file)
+            sky.warn_of_distance(wavelength_nm, rows, self.section.file)
             return rows
 
         def lower(sun: Sun | None, rows: Rows, _: PerezSection) -> Diffuse:
