@@ -119,12 +119,6 @@ def test_equal_steps_leave_no_choice_of_bounds():
     assert read(even).grid.n_zenith == 18
 
 
-@pytest.mark.parametrize("name", ["netcdf4", "classic"])
-def test_bounds_come_with_a_file(name, tmp_path):
-    made = through_a_file(quads(), tmp_path / "quads.nc", "scipy" if name == "classic" else "h5netcdf")
-    assert irradiance(read(made)) == pytest.approx(EXACT, rel=1e-12)
-
-
 RINGS_OF_FOUR = sky.TabulatedSky(
     wavelength_nm=[550.0],
     values=[[5.0, 5.0, 5.0, 5.0, 1.0, 2.0, 3.0, 4.0, 1.0, 1.0, 1.0, 1.5]],
@@ -301,15 +295,6 @@ def test_wavelengths_of_other_units(values, attributes, why):
     else:
         with pytest.raises(sky.SceneError, match=why):
             read(made)
-
-
-@pytest.mark.parametrize("kind", ["relative_azimuth", "raa", "azimuth_from_sun"])
-def test_names_of_relative_azimuths(kind):
-    made = packed(np.tile(2.0 + np.cos(np.deg2rad(np.arange(0.0, 360.0, 10.0))), (18, 1)))
-    made.azimuth.attrs = {"units": "deg"}
-    table = read(made.rename(azimuth=kind), sun_azimuth_rad=np.deg2rad(40.0))
-    assert table.radiance(1.0, np.deg2rad(40.0), 550.0) == pytest.approx(3.0, rel=0.01)
-    assert f"azimuth '{kind}' counts counterclockwise from the sun; the sun is at 40" in table.remarks
 
 
 def closed(zenith, azimuth, unit):

@@ -196,15 +196,6 @@ def test_points_that_were_unstacked_are_no_field():
     assert table.values[0] @ table.grid.projected_solid_angle_sr == pytest.approx(exact[0], rel=3e-3)
 
 
-def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
-    made = field()
-    made[0, 2, 3] = np.nan
-    table = read(made)
-    assert any("1 of 84 directions have no value" in remark for remark in table.remarks)
-    seen = table.radiance(np.deg2rad(30.0), np.deg2rad(90.0), 440.0)
-    assert abs(seen / radiance(30, 90, 440.0) - 1) < 0.03
-
-
 @pytest.mark.parametrize(
     ("change", "options", "message"),
     [
@@ -229,11 +220,6 @@ def test_refusals_say_what_to_write(change, options, message):
     with pytest.raises(sky.SceneError, match=message) as caught:
         read(change(field()), **options)
     assert "\n" not in str(caught.value)
-
-
-def test_wavelengths_beyond_those_of_a_table_are_warned_of():
-    with pytest.warns(sky.InputWarning, match=r"warning\[E310\]: 1 of 2 .* 440 to 550 nm; waveband 2 at 660 nm"):
-        sky.Scene(wavebands=[500.0, 660.0], n_photons=10, components=read(field()))
 
 
 GAPS = np.ma.masked_greater(np.where(np.eye(1, 6) > 0, 1e20, 1.0), 1e10)
@@ -262,12 +248,6 @@ def test_a_table_in_doubt_is_refused(given, message):
 def test_the_sun_s_own_angles_are_no_coordinates_of_the_sky():
     made = field().assign_coords(solar_zenith_angle=40.0, sza=("wavelength", [40.0, 40.0]), saa=10.0)
     np.testing.assert_array_equal(read(made).values, read(field()).values)
-
-
-@pytest.mark.parametrize("shape", [(4, 3, 1), (4, 3)])
-def test_a_table_whose_wavelengths_stand_last_is_refused(shape):
-    with pytest.raises(sky.SceneError, match=r"radiances of shape \(1, n_zenith, n_azimuth\), got "):
-        sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones(shape))
 
 
 def points(nm=NM, unit="100 mW m-2 nm-1 sr-1", n=150):
@@ -340,15 +320,6 @@ def test_scans_beyond_the_zenith_and_the_sun():
     assert any("on a trend around the sun" in remark for remark in remarks)
     with pytest.raises(sky.UsageError, match="the sun: not used with a field that has a value in every direction"):
         read(field(), **sun)
-
-
-def test_the_field_of_our_own_export_is_read():
-    """Its coordinate wavelength is meant, and not sky_wavelength."""
-    scene = sky.Scene(wavebands=NM, n_photons=10, components=dataclasses.replace(PEREZ, irradiance_W_m2_nm=[0.4, 0.2]))
-    table = read(sky.to_xarray(scene.source()).radiance)
-    np.testing.assert_array_equal(table.wavelength_nm, NM)
-    again = sky.Scene(wavebands=NM, n_photons=10, components=table)
-    np.testing.assert_allclose(again.irradiance.of_component[:, 0], [0.4, 0.2], rtol=1e-9)
 
 
 def test_wavebands_far_from_the_wavelengths_of_a_field_are_said():
