@@ -30,13 +30,6 @@ def joined(batches):
     return {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in present}
 
 
-def filled(source, lane, like):
-    """The compiled photons of a lane, as many as those of the batch."""
-    arrays = {name: np.empty_like(array) for name, array in joined([like]).items()}
-    source._emitter.fill_compiled(lane, 0, arrays)
-    return arrays
-
-
 def assert_same(first, second):
     assert set(first) == set(second)
     for name, array in first.items():
@@ -61,13 +54,6 @@ def test_a_replicate_is_the_band_of_its_lane(options):
     for band in range(2):
         pieces = [bands.photons(replicate * 2 + band) for replicate in range(3)]
         assert_same(joined([source.photons(band)]), joined(pieces))
-
-
-def test_compiled_and_plain_photons_agree():
-    source = scene(997).source(seed=2, replicates=4, precision="float64")
-    for replicate in range(4):
-        batch = source.photons(0, *source.replicate_range(0, replicate))
-        assert_same(filled(source, replicate, batch), joined([batch]))
 
 
 def test_photons_are_shared_evenly_and_counts_keep_their_bounds():

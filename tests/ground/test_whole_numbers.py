@@ -2,7 +2,6 @@
 
 import functools
 import math
-import os
 
 import numpy as np
 import pytest
@@ -86,17 +85,6 @@ def test_all_integers_are_one_question_and_one_seed(integer):
     assert read.n_photons.tolist() == [100, 0, 0]
     assert read.options == sky.read_scene(CLEAR_DAY, iterations=100, wavebands=[1]).options
     assert sky.PatchGrid.regular(integer(5), integer(120)).n_azimuth == 120
-
-
-@pytest.mark.parametrize("integer", [np.int32, np.uint64])
-def test_a_numba_host_takes_all_integers(integer):
-    pytest.importorskip("numba")
-    if os.environ.get("NUMBA_DISABLE_JIT") == "1":
-        pytest.skip("hosts need the compiler")
-    source = scene().source(seed=5)
-    sample = source.numba_sampler(integer(1)).sample
-    batch = source.photons(1, 3, 4)
-    assert sample(integer(3)) == (batch.ux[0], batch.uy[0], batch.uz[0])
 
 
 @pytest.mark.parametrize("value", [True, 1.0, "1", None], ids=repr)

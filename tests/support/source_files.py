@@ -3,6 +3,7 @@
 import ctypes
 import dataclasses
 import functools
+import itertools
 import shutil
 import subprocess
 import tempfile
@@ -185,6 +186,9 @@ MORE = {
 HOST_SCENES = ("table", "narrow cells", "sparse", "wide cells", "solid angle", "disc and table", "everything", "perez")
 SCENES = (*HOST_SCENES, *MORE)
 LOBES = ("lobes and all", "lobes")
+OPTIONS = ("float32", "float64"), ("shuffled", "patch"), ("r2", "philox", "centre")
+"""Precisions, orders and placements."""
+WAYS = [(name, *way) for name, *way in itertools.product(SCENES, *OPTIONS) if name not in LOBES or way[2] != "centre"]
 
 
 @functools.cache

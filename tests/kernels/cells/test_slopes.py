@@ -1,7 +1,6 @@
 """The law linear in mu^2 and azimuth inside a cell: against mpmath at hard points, and its books against quadrature."""
 
 import mpmath
-import numba
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -10,7 +9,6 @@ import aomc_sky as sky
 from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid
 from aomc_sky.kernels.cells.laws import slope_words, sloped
 from aomc_sky.plan.laws import law_of
-from tests.support.emitted import compared
 
 SLOPES = [0.0, 2.0**-30, -(2.0**-30), 1e-3, -0.3, 0.7, MAX_SLOPE, -MAX_SLOPE]
 
@@ -88,20 +86,6 @@ def mixed_scene():
     disc = sky.DirectBeam(sun_zenith_deg=89.9, sun_azimuth_deg=10.0, radius_deg=0.3, strength=0.5)
     even = sky.UniformSky(strength=0.5)
     return sky.Scene(wavebands=[440.0, 670.0], n_photons=40_000, components=[function, disc, even])
-
-
-@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="hosts need the compiler")
-@pytest.mark.parametrize(
-    ("precision", "placement"), [("float32", "philox"), pytest.param("float64", "r2", marks=pytest.mark.slow)]
-)
-def test_kernels_and_numpy_give_the_same_bits(precision, placement):
-    """Beside a disc at the horizon and a wide patch; one photon at a time, too."""
-    source = mixed_scene().source(seed=3, precision=precision, placement=placement)
-    for band in (0, 1):
-        photons = compared(source, 0, 40_000, band)
-        sample = source.numba_sampler(band).sample
-        for i in range(0, 40_000, 4001):
-            assert sample(i) == tuple(photons[name][i] for name in ("ux", "uy", "uz"))
 
 
 def test_centres_stay_centres():

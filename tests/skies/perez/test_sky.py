@@ -1,7 +1,5 @@
 """PerezSky: what it takes, what it tells, and that its radiance and its masses are the same sky."""
 
-import pickle
-
 import numpy as np
 import pytest
 
@@ -13,6 +11,7 @@ from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.sky import PerezSky
 
 CLEAR = {"sun_zenith_rad": 0.8, "sun_azimuth_rad": 2.0, "dni": 700.0, "dhi": 90.0}
+HAND = (1.0, -1.0, 2.0, -2.0, 0.1)
 
 
 def flux(sky, n=300):
@@ -48,13 +47,10 @@ def test_the_three_inputs_agree():
     assert by_weather.radiance(0.3, 0.1, 500.0) == pytest.approx(float(relative) * 90 / by_sky.relative_integral)
 
 
-def test_skies_compare_hash_and_pickle():
-    one = PerezSky(sun_zenith_rad=0.5, coefficients=np.array([1, -1, 2, -2, 0.1]))
-    other = PerezSky(sun_zenith_rad=0.5, coefficients=[1, -1, 2, -2, 0.1])
+def test_skies_compare_and_hash():
+    one, other = (PerezSky(sun_zenith_rad=0.5, coefficients=given) for given in (np.array(HAND), list(HAND)))
     assert one == other
     assert hash(one) == hash(other)
-    np.testing.assert_array_equal(pickle.loads(pickle.dumps(one)).model_coefficients, one.model_coefficients)
-    assert "1" in repr(one)
 
 
 def test_masses_are_the_integrated_radiance():
@@ -76,8 +72,6 @@ def test_no_diffuse_light():
     np.testing.assert_array_equal(sky.radiance([0.1, 0.2], 0.0, 500.0), [0, 0])
     with pytest.raises(SceneError, match="no diffuse part"):
         sky.patch_mass(PatchGrid.regular(2, 2))
-    with pytest.raises(SceneError, match="strict"):
-        PerezSky(sun_zenith_rad=0.5, dni=800.0, dhi=0.0, strict=True)
 
 
 @pytest.mark.parametrize(
@@ -88,6 +82,7 @@ def test_no_diffuse_light():
         ({"epsilon": 1.7, "delta": 0.6, "sun_zenith_rad": 0.0}, "negative over"),
         ({"epsilon": 1.1, "delta": 0.05, "sun_zenith_rad": 1.0, "limits": "paper"}, "negative over"),
         ({"coefficients": [0.1, 0.5, 1.0, -1.0, 0.0]}, "b = 0.5"),
+        ({"ghi": 0.78, "dhi": 0.14}, "irradiances are in W m-2: write 780 for 0.78 kW m-2"),
     ],
 )
 def test_what_was_limited_is_told(arguments, words):
@@ -100,8 +95,9 @@ def test_what_was_limited_is_told(arguments, words):
     assert field.min() >= 0
     assert field.max() > 0
     assert sky.patch_mass(PatchGrid.regular(9, 12)).min() >= 0
-    with pytest.raises(SceneError, match="strict"):
-        PerezSky(**arguments, strict=True)
+    for strict in (arguments, {"sun_zenith_rad": 0.5, "dni": 800.0, "dhi": 0.0}):
+        with pytest.raises(SceneError, match="strict"):
+            PerezSky(**strict, strict=True)
 
 
 @pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
@@ -155,26 +151,3 @@ def test_a_scene_without_the_beam_that_its_sky_knows_says_what_is_missing():
     (note,) = notes(PerezSky(sun_zenith_deg=40, epsilon=3.0, delta=0.2))  # 2 (1 + 1.041 Z^3) parts of dni to one of dhi
     share = 2 * (1 + 1.041 * np.deg2rad(40) ** 3) * np.cos(np.deg2rad(40))
     assert f"add sky.DirectBeam(sun_zenith_deg=40, sun_azimuth_deg=0, strength={share / (1 + share):.4g})" in note
-
-
-def test_irradiances_in_kilowatts_are_warned_of():
-    with pytest.warns(ModelLimitWarning) as caught:
-        PerezSky(sun_zenith_deg=40.0, ghi=0.78, dhi=0.14)
-    assert any("irradiances are in W m-2: write 780 for 0.78 kW m-2" in str(warning.message) for warning in caught)
-    with pytest.raises(SceneError, match="write 780"):
-        PerezSky(sun_zenith_deg=40.0, ghi=0.78, dhi=0.14, strict=True)
-
-
-def test_points_are_no_patches():
-    with pytest.raises(SceneError, match="points or lines"):
-        PerezSky(**CLEAR).patch_mass(PatchGrid.lattice(5, 8))
-
-
-def test_radiance_ends_at_the_horizon():
-    field = PerezSky(**CLEAR).radiance([np.pi / 2, np.nextafter(np.pi / 2, 2), -0.1], 1.0, 500.0)
-    assert field[0] > 0
-    np.testing.assert_array_equal(field[1:], [0, 0])
-
-
-def test_a_plain_sky_is_silent():
-    PerezSky(**CLEAR, strict=True).lower([500.0])
