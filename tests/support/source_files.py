@@ -179,7 +179,7 @@ MORE = {
     "disc at the horizon": lambda: disc(89.9),
     "wide disc at the horizon": lambda: disc(88, 4.0),
     "wide disc": lambda: disc(30, 4.0),
-    "perez in narrow cells": lambda: perez(30, 180),
+    "perez in narrow cells": lambda: perez(9, 120),
     "lobes and all": _with_lobes,
     "lobes": lambda: tuple(c for c in _with_lobes() if Law.HG <= c.law <= Law.BECKMANN),
 }

@@ -26,7 +26,6 @@ MORE = {
     "beam": lambda: disc(35, None),
     "beam and perez": lambda: (*disc(35, None), *perez(6, 2)),
     "faint disc": lambda: (dataclasses.replace(disc(20)[0], strength=np.full(2, 0.03)), table(Law.CELL_MU2, 7, 11)),
-    "perez moved in narrow cells": lambda: perez(9, 120),
     "all cells lit": lambda: (table(Law.CELL_MU2, 1, 3),),
 }
 """Beside those of all hosts."""
@@ -60,7 +59,7 @@ def test_the_word_of_a_perez_cell_gives_back_its_tilts():
     """u + k u (1 - u), for v alike, with the tilts k of the plan: numpy and the kernels unpack them by one formula."""
     components = source_of("perez").components
     tilts, words = components[0].bounds[:, 2:].T, PerezBounds.of(components).word
-    for cells in (tilts, source_of("perez moved in narrow cells").components[0].bounds[:, 2:].T):
+    for cells in (tilts, source_of("perez in narrow cells").components[0].bounds[:, 2:].T):
         assert np.all(np.count_nonzero(cells, axis=1) > 5)  # else the tests above would not see how places are moved
     u, v, jacobian = tilted(np.full(words.size, 0.25), np.full(words.size, 0.875), words)
     np.testing.assert_allclose(u, 0.25 + tilts[0] * 0.25 * 0.75, rtol=1e-14)
