@@ -126,10 +126,3 @@ def test_what_readers_give_compares_and_is_short(tmp_path):
     one, other = (sky.read_mcpl(tmp_path / "a.mcpl").particles() for _ in range(2))
     assert one == other
     assert len(repr(one)) < 400
-
-
-def test_positions_of_the_sun_compare():
-    pytest.importorskip("pvlib")
-    day = np.datetime64("2026-06-21T00:00") + np.arange(24) * np.timedelta64(1, "h")
-    assert sky.sun_position(day, 43.0, 7.0) == sky.sun_position(day, 43.0, 7.0)
-    assert sky.sun_position(day, 43.0, 7.0) != sky.sun_position(day, 44.0, 7.0)

@@ -92,14 +92,6 @@ def test_patches(plan, name):
     plan.check(patch_p(LOBES[name], sky_directions(photons(source))))
 
 
-@pytest.mark.slow
-def test_even_photons(plan):
-    """Photons that are tied together are not farther from the law than chance."""
-    for name in ("city", "below the horizon"):
-        world = sky_directions(source_of(LOBES[name], precision="float64").photons())
-        plan.check(chi2.upper_p(*patches(LOBES[name], world)))
-
-
 def shares_nearer(m, g):
     """Share of the lobe nearer to the axis, from x and y, where a needle has its digits."""
     x, y, z = np.moveaxis(m.astype(np.float64), -1, 0)
@@ -123,12 +115,6 @@ def accepted(case, draw, cosine_power=1.0, n=3 * N):
     up = np.maximum(world[:, 2], 0.0)
     world = world[rng.random(n) < up**cosine_power * (up > 0)]
     return world[: N // 2]
-
-
-@pytest.mark.slow
-def test_the_simple_sampler_is_right(plan):
-    """What the planted defects below are made of: the lobe's own sampler, rejected with the cosine."""
-    plan.check(patch_p(LOBES["city"], accepted(LOBES["city"], lobes.sample)))
 
 
 DEFECTS = {

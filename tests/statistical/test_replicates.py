@@ -63,14 +63,3 @@ def test_error_bars_of_the_mean_of_1_over_mu(plan, method, least):
         plan.check(bdtr(np.count_nonzero(t < bars), SEEDS, share))
     if method == "stratified":  # bars of a third of the length
         plan.catches(bdtr(np.count_nonzero(t < 1 / 3), SEEDS, least))
-
-
-def test_batches_of_one_stratified_run_overstate_its_error():
-    """Why replicates are offered: at these few photons by more than 10 times already."""
-    errors = {}
-    for replicates in (1, R):
-        found = [standard_error(cosines(s, "stratified", replicates).sum(axis=1), np.full(R, N)) for s in range(20)]
-        errors[replicates] = np.sqrt(np.mean(np.square(found)))
-    spread = np.std([cosines(seed, "stratified", 1).mean() for seed in range(60)])
-    assert errors[1] > 10 * spread
-    assert 0.5 * errors[R] < np.std([cosines(seed, "stratified", R).mean() for seed in range(60)]) < 2 * errors[R]
