@@ -105,26 +105,20 @@ def test_what_is_no_direction_or_band():
 def test_the_map_of_an_export(tmp_path):
     scene = day()
     sky.write_run(scene, tmp_path / "day")
-    assert main(["export", str(tmp_path / "day"), "--to", "envmap"]) == 0
+    assert main(["export", str(tmp_path / "day"), "--to", "envmap", "-q"]) == 0
     found = np.load(tmp_path / "day-envmap" / "envmap.npy")
     axes = json.loads((tmp_path / "day-envmap" / "envmap.json").read_text())
-    assert found.shape == (2, 360, 720)
-    assert found.dtype == np.float32
+    assert (found.shape, found.dtype) == ((2, 360, 720), np.float32)
     assert not found[:, 180:].any()
-    irradiance = found[:, :180].astype(float).sum(axis=2) @ PIXEL_SR
-    np.testing.assert_allclose(irradiance, scene.irradiance.of_component[:, 1], rtol=1e-6)
     np.testing.assert_allclose(axes["irradiance_of_map"], scene.irradiance.of_component[:, 1], rtol=1e-12)
     for zenith, azimuth in FOUR:
         pixel = found[:, int(2 * zenith), int(2 * azimuth)]
         exact = [scene.radiance(band, sky_zenith_deg=zenith, sky_azimuth_deg=azimuth) for band in (0, 1)]
         np.testing.assert_allclose(pixel, exact, rtol=1e-3)
-    assert axes["wavelength_nm"] == [443.0, 555.0]
     assert axes["unit"] == "W m-2 sr-1 nm-1"
     (beam,) = axes["beams"]
     assert [beam[k] for k in ("zenith_deg", "azimuth_deg")] == pytest.approx([32.0, 331.0], abs=1e-9)
     assert beam["irradiance_on_a_horizontal_plane"] == pytest.approx(scene.irradiance.of_component[:, 0])
-    assert main(["export", str(tmp_path / "day"), "--to", "envmap", "--waveband", "2", "--force", "-q"]) == 0
-    np.testing.assert_array_equal(np.load(tmp_path / "day-envmap" / "envmap.npy"), found[1:])
 
 
 @pytest.mark.parametrize(("name", "options"), [("clear_day", {}), ("overcast", {"compat": "aomc"}), ("perez_sky", {})])

@@ -8,7 +8,7 @@ from scipy.integrate import dblquad
 
 import aomc_sky as sky
 from tests.support.shared import INPUTS
-from tests.support.stokes import DEFECTS, frame_of, scattered_once, travel_of
+from tests.support.stokes import DEFECTS, scattered_once, travel_of
 
 SUNS = [(0.0, 0.0), (0.3, 0.0), (0.9, 2.0), (1.5, -1.0), (np.pi / 2, 4.0)]
 FULL = sky.RayleighPattern(max_degree=1.0)
@@ -124,34 +124,6 @@ def test_rows_of_wavelengths():
 def test_what_is_no_pattern_is_refused():
     with pytest.raises(sky.UsageError, match="RayleighPattern"):
         sky.PerezSky(sun_zenith_deg=40.0, epsilon=6.0, delta=0.1, polarisation="rayleigh").lower([550.0])
-
-
-def test_rotation_to_the_scattering_plane():
-    """By the formulas of docs/conventions.md single scattering has q' = -degree and u' = 0 there, whatever the sun."""
-    zenith, azimuth = directions()
-    sun = (0.8, 1.3)
-    travel, incident = travel_of(zenith, azimuth), travel_of(np.array(sun[0]), np.array(sun[1]))
-    l_axis, r_axis = frame_of(travel)
-    other = incident - (travel @ incident)[:, None] * travel
-    other /= np.linalg.norm(other, axis=1, keepdims=True)
-    cosine, sine = (l_axis * other).sum(axis=1), (r_axis * other).sum(axis=1)
-    twice = cosine**2 - sine**2, 2 * sine * cosine
-    q, u = pattern(zenith, azimuth, sun)
-    cosine = travel @ incident
-    degree = (1 - cosine**2) / (1 + cosine**2)
-    np.testing.assert_allclose(q * twice[0] + u * twice[1], -degree, atol=1e-12)
-    np.testing.assert_allclose(u * twice[0] - q * twice[1], 0.0, atol=1e-12)
-
-
-def test_an_atmosphere_has_one_row_and_even_weights():
-    """Its photons are even inside patches, so the row does not depend on the wavelength, and costs no radiance."""
-    how = {"sun_zenith_deg": 50.0, "sun_azimuth_deg": 20.0, "grid": sky.PatchGrid.regular(6, 12)}
-    how |= {"polarisation": sky.RayleighPattern()}
-    made = sky.AtmosphereSky.from_file(MOLECULES, wavelength_nm=[550.0], **how)
-    (component,) = made.lower([450.0, 550.0])
-    assert component.stokes.shape == (1, 72, 2)
-    even = sky.PerezSky(epsilon=6.0, delta=0.1, within="uniform", **how)
-    np.testing.assert_array_equal(component.stokes, even.lower([550.0])[0].stokes)
 
 
 def test_light_of_a_glowing_ground_is_not_polarised_around_the_sun():

@@ -7,7 +7,6 @@ import pytest
 from aomc_sky.errors import SceneError
 from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top, vertical_optical_depth
 from aomc_sky.skies.atmosphere.scattering_orders.orders import legendre_table, phase_moments
-from aomc_sky.skies.atmosphere.scattering_orders.paths import node_paths
 from aomc_sky.skies.atmosphere.scattering_orders.slab import altitude_grid, slabs_of_medium
 from tests.support import atmospheres
 
@@ -46,41 +45,6 @@ def test_moments_of_a_phase_function_with_jumps():
         np.testing.assert_allclose(found[degree], expected, rtol=0.0, atol=1e-9)
 
 
-def test_paths_of_a_source_that_is_known():
-    """J = t: the radiances have closed forms, upward and downward, at every node."""
-    edges, mu = np.array([0.0, 0.1, 0.5, 0.6]), np.array([0.05, 0.7])
-    share = np.tile([[0.08, 0.3, 0.7, 0.95]], (3, 1))
-    nodes = edges[:-1, None] + np.diff(edges)[:, None] * share
-    ground = np.diff(edges) / mu[:, None]
-    crossed = np.tile(ground, (nodes.size, 1, 1))
-    below = (edges[1:, None] - nodes).ravel()[:, None] / mu
-    paths = node_paths(share, crossed, below, np.ones_like(crossed), np.full_like(below, -1.0), ground)
-    depth, cosine = nodes.ravel(), mu[:, None]
-    down = depth - cosine * -np.expm1(-depth / cosine)
-    up = depth + cosine - (0.6 + cosine) * np.exp(-(0.6 - depth) / cosine)
-    np.testing.assert_allclose(paths.down @ depth, down, rtol=1e-11)
-    np.testing.assert_allclose(paths.up @ depth, up, rtol=1e-11)
-    np.testing.assert_allclose(paths.from_ground, np.exp(-(0.6 - depth) / cosine), rtol=1e-12)
-    np.testing.assert_allclose(paths.at_ground @ depth, 0.6 + mu * np.expm1(-0.6 / mu), rtol=1e-11)
-    assert paths.over is None
-
-
-def test_a_line_that_turns_inside_an_element():
-    """What arrives of sources 1 and s, from this side of the lowest point and from beyond it, in closed form."""
-    share = np.array([[0.2, 0.4, 0.6, 0.8]])
-    crossed, below = np.full((4, 1, 1), 0.7), np.array([[0.6], [0.4], [0.1], [0.0]])
-    paths = node_paths(share, crossed, below, np.full((4, 1, 1), 0.65), np.full((4, 1), 10.0), np.array([[0.7]]))
-    assert paths.over is not None
-    np.testing.assert_allclose(paths.up.sum(axis=2)[0, :3], -np.expm1(-below[:3, 0]), rtol=1e-12)
-    both = (paths.up + paths.over).sum(axis=2)[0, :3]
-    np.testing.assert_allclose(both, -np.expm1(-(below[:3, 0] + 0.7)), rtol=1e-12)
-    start, near = share[0, :3], below[:3, 0]
-    from_here = start * -np.expm1(-near) + (0.65 - start) / near * (1 - (1 + near) * np.exp(-near))
-    beyond = 0.65 * np.exp(-near) * (-np.expm1(-0.7) - (1 - 1.7 * np.exp(-0.7)) / 0.7)
-    np.testing.assert_allclose((paths.up @ share[0])[0, :3], from_here, rtol=1e-11)
-    np.testing.assert_allclose((paths.over @ share[0])[0, :3], beyond, rtol=1e-11)
-
-
 @pytest.mark.parametrize("medium", [atmospheres.full([450.0, 600.0]), atmospheres.mol_ozone([550.0])])
 def test_columns_of_a_medium(medium):
     sun = np.deg2rad(80.0)
@@ -103,6 +67,3 @@ def test_a_wavelength_that_sees_nothing():
     assert np.all(np.diff(empty.edge_depth) > 0.0)
     assert empty.edge_depth[-1] < 1e-12 < seen.edge_depth[-1]
     assert np.all((empty.share > 0.0) & (empty.share < 1.0))
-
-
-# ---- resolution and rest ----

@@ -123,13 +123,6 @@ def test_orders_stop_exactly():
     np.testing.assert_array_equal(later_orders(alone.orders, AZIMUTH), 0.0)
 
 
-def test_a_direction_does_not_depend_on_its_company():
-    many = np.deg2rad(np.linspace(0.0, 90.0, 19))
-    together = later_orders(solve_layers(one_layer(0.3), 0.1, 0.4, many).orders, AZIMUTH)
-    alone = later_orders(solve_layers(one_layer(0.3), 0.1, 0.4, many[[7]]).orders, AZIMUTH)
-    np.testing.assert_allclose(alone[:, 0], together[:, 7], rtol=1e-12)
-
-
 def test_resolution_error_covers_a_finer_solution(monkeypatch):
     zenith = np.deg2rad([20.0, 70.0, 88.8])
     sky = solve_layers(one_layer(0.4), 0.0, 1.2, zenith).orders
@@ -167,14 +160,6 @@ def test_irradiance_of_the_sun_scales_everything():
     first, second = (solve_flat(medium, 1.0, zenith, n_listed=2) for medium in (one, two))
     np.testing.assert_allclose(by_order(second, AZIMUTH), factor[:, None, None, None] * by_order(first, AZIMUTH))
     np.testing.assert_allclose(ground_irradiance(second), factor * ground_irradiance(first))
-
-
-def test_series_times_cosine():
-    modes = np.array([[1.0], [0.3], [-0.2], [0.7]])
-    product = diffuse.times_cosine(modes)
-    series = np.cos(np.arange(4)[:, None] * AZIMUTH)
-    longer = np.cos(np.arange(5)[:, None] * AZIMUTH)
-    np.testing.assert_allclose(product.T @ longer, (modes.T @ series) * np.cos(AZIMUTH), atol=1e-15)
 
 
 def test_a_wish_for_more_directions():

@@ -82,37 +82,6 @@ def test_no_light_is_left_out(case):
     assert lit.any()
 
 
-@pytest.mark.parametrize("case", FEW)
-def test_frame_is_the_lobe(case):
-    """Shares and azimuth of the frame become world directions that have these shares in the lobe's own frame."""
-    (kind, first, second), zenith_deg = case
-    quaternion = tilted(zenith_deg)
-    frame = LobeFrame.of(kind, first, second, quaternion)
-    b, psi = np.array([0.03, 0.4, 0.9, 0.99]), np.array([-1.7, -0.4, 0.9, 1.3])
-    radius, z = frame.height(1 - b, b)
-    angle = psi * (np.pi / 2)
-    world = frame.matrix @ np.stack([radius * np.cos(angle), radius * np.sin(angle), z])
-    length = np.sqrt((world**2).sum(axis=0))
-    np.testing.assert_allclose(frame.cosine(1 - b, b, psi), np.maximum(world[2] / length, 0), rtol=1e-9, atol=1e-12)
-    turn = np.mod((psi + frame.turn) / 4, 1)
-    u = b if kind == "hg" else 1 - b
-    wanted = lobes.to_world(quaternion, lobes.sample(kind, first, second, u, turn)).T
-    np.testing.assert_allclose(world / length, wanted, atol=2e-12)
-
-
-@pytest.mark.parametrize("kind", ["hg", "ggx", "beckmann"])
-def test_lobes_that_are_made_together_are_those_made_alone(kind):
-    cases = [(shape, zenith_deg) for shape, zenith_deg in EVERY[::5] if shape[0] == kind]
-    found = [(case, alone) for case in cases if (alone := envelope(*case)) is not None]
-    assert len(found) > 10
-    for some in (found, found[::-1], found[3:7]):
-        together = envelopes_of([frame for _, (frame, *_) in some])
-        for (_, (_, cells, total, _)), (batch_cells, batch_total) in zip(some, together, strict=True):
-            assert cells.tobytes() == batch_cells.tobytes()
-            assert total == batch_total
-    assert envelopes_of([]) == []
-
-
 def test_a_shifted_bound_would_be_seen():
     frame, cells, _, _ = envelope(("ggx", 0.3, 0.3), 60.0)
     a, b, psi, bound = places(cells, np.random.default_rng(1))

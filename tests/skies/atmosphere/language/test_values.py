@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError
-from tests.support.blocks import GIVEN, WAVELENGTHS, at, density_block, phase_block, value_of
+from tests.support.blocks import GIVEN, at, density_block, phase_block, value_of
 
 
 @pytest.mark.parametrize(
@@ -221,15 +221,6 @@ COLOURED = """
     CONST vec4 g2 = g*g;
     return vec4((1-g2)/(4*PI*pow(vec4(1+g2-2*g*dotViewSun), vec4(1.5))));
 """
-
-
-def test_a_phase_function_with_colours_is_that_of_plain_python():
-    cosines = np.cos(np.linspace(0.0, np.pi, 181))
-    found = phase_block(COLOURED)(cosines, GIVEN)
-    for row, wavelength in enumerate(WAVELENGTHS):
-        g = 0.6 + 0.2 * math.exp(-0.00002 * ((wavelength - 300) * (wavelength - 300)))
-        wanted = [(1 - g * g) / (4 * math.pi * math.pow(1 + g * g - 2 * g * c, 1.5)) for c in cosines]
-        np.testing.assert_allclose(found[row], wanted, rtol=1e-15, atol=0)
 
 
 @pytest.mark.parametrize("text", [OZONE, AEROSOL])
