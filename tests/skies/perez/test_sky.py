@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
@@ -10,6 +12,7 @@ from aomc_sky.skies.model import SkyModel, sky_model
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.sky import PerezSky
 
+limits_are_no_matter = pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
 CLEAR = {"sun_zenith_rad": 0.8, "sun_azimuth_rad": 2.0, "dni": 700.0, "dhi": 90.0}
 HAND = (1.0, -1.0, 2.0, -2.0, 0.1)
 
@@ -100,7 +103,7 @@ def test_what_was_limited_is_told(arguments, words):
             PerezSky(**strict, strict=True)
 
 
-@pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
+@limits_are_no_matter
 @pytest.mark.parametrize("coefficients", [(-2, 0, 0, 0, 0), (0, 0, -5, 0, 0), (-1, 1, 0, 0, 0)])
 def test_a_sky_without_light_is_an_error(coefficients):
     with pytest.raises(SceneError, match="nowhere positive"):
@@ -151,3 +154,60 @@ def test_a_scene_without_the_beam_that_its_sky_knows_says_what_is_missing():
     (note,) = notes(PerezSky(sun_zenith_deg=40, epsilon=3.0, delta=0.2))  # 2 (1 + 1.041 Z^3) parts of dni to one of dhi
     share = 2 * (1 + 1.041 * np.deg2rad(40) ** 3) * np.cos(np.deg2rad(40))
     assert f"add sky.DirectBeam(sun_zenith_deg=40, sun_azimuth_deg=0, strength={share / (1 + share):.4g})" in note
+
+
+GRID = PatchGrid.regular(3, 4)
+
+zeniths = st.one_of(st.floats(0, np.nextafter(np.pi / 2, 0)), st.sampled_from([0.0, 5e-324, 1e-9, 1.5707963]))
+limits = st.sampled_from(["radiance", "paper"])
+directions = st.tuples(st.floats(0, np.pi / 2), st.floats(-10, 10))
+
+
+def checked(arguments, direction):
+    """A sky keeps its promises, or the error says that nothing shines or which number is too large."""
+    try:
+        sky = PerezSky(**arguments)
+    except SceneError as error:
+        words = str(error)
+        assert any(part in words for part in ("nowhere positive", "overflows", "finite", "more than any sky")), words
+        return
+    value = sky.radiance(*direction, 500.0)
+    assert np.isfinite(value)
+    assert value >= 0
+    if sky.is_dark:
+        assert sky.lower([500.0]) == ()
+        return
+    mass = sky.patch_mass(GRID)
+    assert np.all(np.isfinite(mass))
+    assert mass.min() >= 0
+    assert abs(mass.sum() - 1) < 1e-12
+    assert sky.relative_integral > 0
+
+
+@limits_are_no_matter
+@given(zeniths, st.floats(-7, 7), st.floats(0, 1e9), st.floats(0, 2), limits, directions)
+def test_any_clearness_and_brightness(zenith, azimuth, epsilon, delta, limit, direction):
+    arguments = {"epsilon": epsilon, "delta": delta, "limits": limit}
+    checked({"sun_zenith_rad": zenith, "sun_azimuth_rad": azimuth, **arguments}, direction)
+
+
+@limits_are_no_matter
+@given(zeniths, st.floats(0, 1500), st.floats(0, 1500), limits, directions)
+def test_any_irradiances(zenith, dni, dhi, limit, direction):
+    checked({"sun_zenith_rad": zenith, "dni": dni, "dhi": dhi, "limits": limit}, direction)
+
+
+@limits_are_no_matter
+@given(zeniths, st.tuples(*[st.floats(-50, 50)] * 5), directions)
+def test_any_coefficients(zenith, values, direction):
+    checked({"sun_zenith_rad": zenith, "coefficients": values}, direction)
+
+
+@given(st.floats(0, np.pi / 2), st.floats(0, np.pi / 2), st.floats(-10, 10), st.floats(1, 1e6), st.floats(0, 5))
+def test_functions_give_numbers(zenith, xi, phi, epsilon, delta):
+    values = perez.coefficients(epsilon, delta, zenith, limits="paper")
+    assert np.all(np.isfinite(values))
+    assert not np.isnan(perez.relative_radiance(xi, phi, zenith, values))
+    values[1] = min(values[1], 0)
+    assert np.isfinite(perez.relative_radiance(xi, phi, zenith, values))
+    assert np.isfinite(perez.horizontal_integral(values, zenith))
