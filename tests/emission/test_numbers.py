@@ -75,16 +75,10 @@ def test_the_first_ones_are_pinned():
         [0.9360273168851968, 0.16986640314226653, 0.7690952537388718],
         [0.5744328381736712, 0.9001180978174738, 0.35566434287562265],
     ]
-
-
-def test_columns_of_numbers():
     batch = source("table").photons(1, numbers=2)
     columns = batch.to_dict()
     assert list(columns) == ["ux", "uy", "uz", "patch", "n1", "n2"]
     assert np.array_equal(columns["n2"], batch.numbers[:, 1])
-
-
-def test_replicates_have_their_own():
     made = source("table", replicates=3)
     whole = made.photons(0, numbers=1).numbers[:, 0]
     cut = made.replicate_range(0, 1)[0]

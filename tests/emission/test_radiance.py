@@ -68,7 +68,6 @@ def test_directions_of_models_in_absolute_units():
 
 
 def test_directions_of_lobes():
-    pytest.importorskip("h5py")
     broad = ("ggx", 0.2, 1.0, (1, 0.2, 0, 0)), ("beckmann", 0.3, 0.1, (1, 0, 0.3, 0))
     model = lobe_sky(("hg", 0.9, 0.0, (0.9, 0.3, 0.1, 0)), *broad)
     scene = scene_of(model, 500.0)

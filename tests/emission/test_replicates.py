@@ -105,9 +105,6 @@ def test_standard_errors_are_those_of_the_replicate_means():
     assert sums.mean("weight") == 1.0
     assert sums.standard_error("weight") == 0.0
     assert sums_of(scene(1600).source()).standard_error("mu") is None
-
-
-def test_standard_error_of_unequal_replicates():
     totals, n = np.array([3.0, 5.0, 4.5]), np.array([2.0, 3.0, 3.0])
     residual = totals - 12.5 / 8 * n
     assert math.isclose(standard_error(totals, n), math.sqrt(1.5 * np.sum(residual**2)) / 8, rel_tol=1e-15)

@@ -78,17 +78,20 @@ def test_equal_records_are_equal_and_others_are_not(k):
     assert one != records()[k - 1]
 
 
-def test_nan_is_equal_to_nan():
+def test_records_and_arrays():
     scene = sky.weather_scene(**NOON)
     assert np.isnan(scene.sky_wavelength_nm).all()
     assert scene == sky.weather_scene(**NOON)
-
-
-def test_reprs_say_what_is_there():
     reprs = " ".join(map(repr, records()[:4]))
     assert re.findall(r"<(\w+)[^>]*?(\d+) (?:photons|to|cells)", reprs) == [
         ("Scene", "2000"), ("Plan", "2000"), ("PhotonBatch", "0"), ("Component", "8100")
     ]  # fmt: skip
+    batch = records()[2]
+    for array in (np.zeros(4), np.zeros((1000, 9)), batch.ux):
+        assert (batch == array) is False
+        assert (array == batch) is False
+        assert (batch != array) is True
+    assert batch not in [np.zeros(3)]
 
 
 def test_slices_and_arrays_of_a_batch():
@@ -104,15 +107,6 @@ def test_slices_and_arrays_of_a_batch():
         batch[3]
     with pytest.raises(ValueError, match="follow each other"):
         batch[::2]
-
-
-def test_a_record_is_no_array():
-    batch = records()[2]
-    for array in (np.zeros(4), np.zeros((1000, 9)), batch.ux):
-        assert (batch == array) is False
-        assert (array == batch) is False
-        assert (batch != array) is True
-    assert batch not in [np.zeros(3)]
 
 
 def test_what_readers_give_compares_and_is_short(tmp_path):

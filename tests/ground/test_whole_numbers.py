@@ -128,21 +128,15 @@ def test_what_is_no_number_of_photons_is_our_error(value):
             sky.Scene(wavebands=[440.0], n_photons=value, components=(sky.UniformSky(),))
 
 
-def test_a_number_of_photons_may_be_a_whole_float():
+def test_numbers_of_photons_and_seeds():
     """1e6 is how people write a million."""
     assert sky.read_scene(CLEAR_DAY, iterations=1e3).n_photons[0] == 1000
     assert sky.allocate([1.0, 2.0], np.float64(3e2)).sum() == 300
     assert as_number_of(np.array(1e6), "n", 0, 10**6) == 10**6
-
-
-def test_a_seed_lies_within_64_bits():
     for value in (-1, 2**64, np.int8(-1)):
         with pytest.raises(UsageError, match=r"from 0 to 2\^64 - 1"):
             checked_seed(value)
     assert checked_seed(np.uint64(2**64 - 1)) == 2**64 - 1
-
-
-def test_bounds_are_read_as_a_person_writes_them():
     for high, words in ((4096, "4096"), (2**31 - 1, r"2\^31 - 1"), (2**62, r"2\^62"), (2**62 + 1, str(2**62 + 1))):
         with pytest.raises(AomcSkyError, match=f"n must be a whole number from 1 to {words}, got 0"):
             as_number_of(0, "n", 1, high)

@@ -18,7 +18,7 @@ GAMMA = np.concatenate([[0.0, 1.0, 0.0144, 1 - 1e-10, 0.5], RNG.random(2000)])
 G = np.concatenate([[0.0, -0.0, 1e-8, 1 - 1e-14, -1 + 1e-14], 2 * RNG.random(2000) - 1])
 
 
-def test_precision_and_shape_of_the_results():
+def test_precision_shapes_and_blocks():
     assert isinstance(R.sample_mu(0.3, 0.1), np.float64)
     assert isinstance(R.sample_mu(np.float32(0.3), np.float32(0.1)), np.float32)
     assert R.sample_mu(np.float32([0.3]), 0.1).dtype == np.float32
@@ -28,17 +28,11 @@ def test_precision_and_shape_of_the_results():
     assert R.sample_mu([[0.1], [0.2], [0.3]], [0.0, 1.0]).shape == (3, 2)
     assert H.sample_mu_sin(np.empty((0, 3)), 0.5)[2].shape == (0, 3)
     assert H.pdf_sr(np.zeros((2, 1)), np.zeros((1, 4))).shape == (2, 4)
-
-
-def test_blocks_do_not_show():
     xi = RNG.random((3, 10_001))
     gamma = RNG.random((3, 1))
     whole = R.sample_mu(xi, gamma)
     assert np.array_equal(whole[1, ::997], [R.sample_mu(x, gamma[1, 0]) for x in xi[1, ::997]])
     assert np.array_equal(R.sample_mu(xi[:, ::-1], gamma), whole[:, ::-1])
-
-
-def test_one_rounding_of_float64_is_the_float32_result():
     xi, gamma, g = XI.astype(np.float32), GAMMA.astype(np.float32), (0.999 * G).astype(np.float32)
     assert np.array_equal(R.sample_mu(xi, gamma), R.sample_mu(xi.astype(float), gamma.astype(float)).astype(np.float32))
     wide = [found.astype(np.float32) for found in H.sample_mu_sin(xi.astype(float), g.astype(float))]
@@ -165,14 +159,11 @@ def test_angle_and_azimuth(g):
     assert np.all(sense[big] > 0.5 * (s * s)[big])
 
 
-def test_quarter_turns_are_exact():
+def test_quarter_turns_no_turn_and_full_turn():
     x, y, z = S.new_direction(0.0, 0.0, 1.0, 1.0, 1.0, np.array([0.0, 0.25, 0.5, 0.75, 1.0]))
     assert x.tolist() == [1, 0, -1, 0, 1]
     assert y.tolist() == [0, 1, 0, -1, 0]
     assert z.tolist() == [0, 0, 0, 0, 0]
-
-
-def test_no_turn_and_full_turn():
     u = directions(1000)
     same = np.stack(S.new_direction(*u, 0.0, 0.0, 0.3))
     assert np.abs(same - u).max() <= 2.0**-52

@@ -88,6 +88,9 @@ def test_bounds_that_leave_something_out_are_said():
     assert any("no radiance from 0 to 5 degrees from the zenith" in one for one in remarks)
     assert any("no radiance from 85 to 90 degrees from the zenith" in one for one in remarks)
     assert any("no radiance at azimuths 75 to 105 degrees" in one for one in remarks)
+    even = quads().interp(zenith=np.arange(2.5, 90.0, 5.0))["L"]
+    even.zenith.attrs = quads().zenith.attrs
+    assert read(even).grid.n_zenith == 18
 
 
 def with_one_bound(name, place, value):
@@ -111,12 +114,6 @@ def with_one_bound(name, place, value):
 def test_bounds_that_are_none(made, why):
     with pytest.raises(sky.SceneError, match=why):
         read(made())
-
-
-def test_equal_steps_leave_no_choice_of_bounds():
-    even = quads().interp(zenith=np.arange(2.5, 90.0, 5.0))["L"]
-    even.zenith.attrs = quads().zenith.attrs
-    assert read(even).grid.n_zenith == 18
 
 
 RINGS_OF_FOUR = sky.TabulatedSky(

@@ -109,11 +109,22 @@ def test_radiances_of_any_size_are_one_sky(scale):
     assert 0 < scaled.irradiance(440.0)[0] == min(scale * plain.irradiance(440.0)[0], np.finfo(float).max)
 
 
-def test_what_is_no_function_or_no_patch():
+def test_what_is_no_function_and_what_no_grid_can_meet(monkeypatch):
     with pytest.raises(sky.SceneError, match="needs a function"):
         FunctionSky(3.0)
     with pytest.raises(sky.SceneError, match="points or lines"):
         FunctionSky(bright_zenith, grid=sky.PatchGrid.lattice(3, 3))
+    assert function_sky._MAX_PATCHES == 4_000_000
+    monkeypatch.setattr(function_sky, "_MAX_PATCHES", 100_000)  # it gives up as soon as it may
+
+    def spot(z, a, w):
+        return np.exp((np.sin(z) * np.cos(a) + np.cos(z) - np.sqrt(2)) / 1e-6)
+
+    with pytest.raises(sky.SceneError, match=r"more than 0 million.*DirectBeam"):
+        FunctionSky(spot).refined(1e-3, wavelength_nm=550.0)
+    for tolerance in (0, 1, -1, math.nan):
+        with pytest.raises(sky.SceneError, match="between 0 and 1"):
+            FunctionSky(bright_zenith).refined(tolerance)
 
 
 @pytest.mark.parametrize("tolerance", [0.05, 0.01])
@@ -136,17 +147,3 @@ def test_refined_grids_meet_the_tolerance_and_are_coarse(function, tolerance):
         fewer = {(max(n_zenith // 2, 1), n_azimuth), (n_zenith, max(n_azimuth // 2, 1))} - {(n_zenith, n_azimuth)}
         coarser = [FunctionSky(function, grid=sky.PatchGrid.regular(*shape)) for shape in fewer]
         assert max(one.variation([400, 550, 700]).max() for one in coarser) > tolerance
-
-
-def test_what_no_grid_can_meet(monkeypatch):
-    assert function_sky._MAX_PATCHES == 4_000_000
-    monkeypatch.setattr(function_sky, "_MAX_PATCHES", 100_000)  # it gives up as soon as it may
-
-    def spot(z, a, w):
-        return np.exp((np.sin(z) * np.cos(a) + np.cos(z) - np.sqrt(2)) / 1e-6)
-
-    with pytest.raises(sky.SceneError, match=r"more than 0 million.*DirectBeam"):
-        FunctionSky(spot).refined(1e-3, wavelength_nm=550.0)
-    for tolerance in (0, 1, -1, math.nan):
-        with pytest.raises(sky.SceneError, match="between 0 and 1"):
-            FunctionSky(bright_zenith).refined(tolerance)

@@ -88,9 +88,6 @@ def test_pointings_of_a_radiometer(tmp_path):
         check(table, 0.03)
         assert any("30 of 1500 directions have no value" in remark for remark in table.remarks)
         assert any("% of the light comes from beyond" in remark for remark in table.remarks)
-
-
-def test_a_file_of_several_radiances_wants_the_name(tmp_path):
     with pytest.raises(sky.SceneError, match="2 variables of numbers: 'downwelling_radiance', 'upwelling_radiance'"):
         through_a_file(hypernets(), tmp_path / "series.nc")
 

@@ -127,14 +127,11 @@ def test_conventions_and_orders_of_one_field_are_one_sky(order, tmp_path):
         np.testing.assert_array_equal(component.cell, expected.cell)
 
 
-def test_conventions_that_are_given_win_over_attributes():
+def test_what_is_given_and_what_is_taken_for_granted():
     given = read(field(north=True), azimuth_convention=sky.AzimuthConvention.ENU_FROM_EAST)
     assert abs(given.radiance(0.5, np.deg2rad(90), 440) - radiance(30, 0, 440)) < 0.02
     table = read(field(radians=True, attributes=False), angle_unit="rad", azimuth_convention="enu_from_east")
     np.testing.assert_array_equal(table.lower(NM)[0].mass, read(field()).lower(NM)[0].mass)
-
-
-def test_what_is_taken_for_granted_is_said():
     made = field(attributes=False)
     (remark,) = read(made).remarks
     assert "does not say from where azimuths count" in remark
@@ -144,6 +141,8 @@ def test_what_is_taken_for_granted_is_said():
     assert "no wavelength" in " ".join(read(made.isel(wavelength=0, drop=True)).remarks)
     del made.attrs["units"]
     assert "no unit of radiance" in read(made).remarks[0]
+    made = field().assign_coords(solar_zenith_angle=40.0, sza=("wavelength", [40.0, 40.0]), saa=10.0)
+    np.testing.assert_array_equal(read(made).values, read(field()).values)
 
 
 def test_both_ends_of_the_turn_and_directions_below_the_horizon():
@@ -243,11 +242,6 @@ def test_a_table_in_doubt_is_refused(given, message):
     sky.TabulatedSky(**good)
     with pytest.raises((sky.SceneError, ValueError), match=message):
         sky.TabulatedSky(**good | given)
-
-
-def test_the_sun_s_own_angles_are_no_coordinates_of_the_sky():
-    made = field().assign_coords(solar_zenith_angle=40.0, sza=("wavelength", [40.0, 40.0]), saa=10.0)
-    np.testing.assert_array_equal(read(made).values, read(field()).values)
 
 
 def points(nm=NM, unit="100 mW m-2 nm-1 sr-1", n=150):

@@ -46,15 +46,12 @@ def test_a_uniform_atmosphere_measures_the_way(top_m):
             assert abs(optical_depth_to_top(medium, 0.0, zenith)[0] / float(3 * way / top_m) - 1) < UNIFORM_ERROR
 
 
-def test_the_ground_is_in_the_way():
+def test_wavelengths_no_constituent_and_the_ground():
     medium = exponential(1.0)
     dip = np.arccos(EARTH_RADIUS_M / (EARTH_RADIUS_M + 1000.0))
     zenith = np.pi / 2 + dip * np.array([0.0, 0.999, 1.001, 20.0])
     assert np.isfinite(optical_depth_to_top(medium, 1000.0, zenith)[0]).tolist() == [True, True, False, False]
     assert np.isinf(optical_depth_to_top(medium, 0.0, np.radians(90.001))[0])
-
-
-def test_every_wavelength_and_no_constituent():
     two = optical_depth_to_top(full([450.0, 550.0]), np.array([0.0, 1e4, 120e3]), 0.7)
     assert two.shape == (2, 3)
     one = optical_depth_to_top(full(550.0), np.array([0.0, 1e4, 120e3]), 0.7)
@@ -71,13 +68,16 @@ def with_density(density, kinks_m):
     return medium_of([part], 550.0)
 
 
-def test_the_profile_follows_a_thin_layer_and_an_undeclared_jump():
+def test_profiles_of_thin_layers_jumps_and_many_scales():
     column = optical_depth_to_top(with_density(lambda h: np.exp(-(((h - 85e3) / 200.0) ** 2)), []), 0.0, 0.0)[0]
     assert column == pytest.approx(200.0 * np.sqrt(np.pi), rel=1e-10)
     declared = optical_depth_to_top(with_density(lambda h: (h < 12345.6).astype(float), [12345.6]), 0.0, 1.5)[0]
     hidden = optical_depth_to_top(with_density(lambda h: (h < 12345.6).astype(float), []), 0.0, 1.5)[0]
     assert hidden == pytest.approx(declared, rel=1e-5)
     assert declared != hidden
+    (part,) = exponential(1.0).constituents
+    thin = replace(part, name="thin", number_density=atmospheres.exponential_profile(1 / 30.0, 30.0))
+    np.testing.assert_allclose(vertical_optical_depth(medium_of([part, thin], 550.0))[0], [1.0, 1.0], rtol=1e-10)
 
 
 def test_shells_keep_columns_and_kinks():
@@ -101,12 +101,6 @@ def test_shells_are_thin_beside_the_scale_height(top_m):
     assert np.max((thickness / scale) ** 2 / 24) < 1.01 * SHELL_TOLERANCE
 
 
-def test_a_profile_of_many_scales():
-    (part,) = exponential(1.0).constituents
-    thin = replace(part, name="thin", number_density=atmospheres.exponential_profile(1 / 30.0, 30.0))
-    np.testing.assert_allclose(vertical_optical_depth(medium_of([part, thin], 550.0))[0], [1.0, 1.0], rtol=1e-10)
-
-
 @needs_tables
 def test_reference_slant_depths():
     table = rows("spherical_direct.csv")
@@ -122,7 +116,7 @@ def test_reference_slant_depths():
 RADIUS_RAD = np.radians(0.2666)
 
 
-def test_the_formula():
+def test_the_beam_at_the_ground():
     medium = replace(full([450.0, 550.0]), toa_irradiance=np.array([2.0, 3.0]), sun_angular_radius_rad=RADIUS_RAD)
     for sun_deg in (0.0, 60.0, 89.0, 89.99):
         sun = np.radians(sun_deg)
@@ -130,9 +124,6 @@ def test_the_formula():
         np.testing.assert_allclose(beam.optical_depth, optical_depth_to_top(medium, 0.0, sun), rtol=0)
         expected = np.cos(sun) * np.array([2.0, 3.0]) * np.exp(-beam.optical_depth)
         np.testing.assert_allclose(beam.irradiance, expected, rtol=1e-15)
-
-
-def test_sunrise_of_a_point():
     found = ground_beam(exponential(0.1), np.radians([89.0, 89.999, 90.0, 90.001, 91.0, 180.0])).irradiance[0]
     assert np.all(np.diff(found[:3]) < 0)
     assert found[2:].tolist() == [0.0] * 4

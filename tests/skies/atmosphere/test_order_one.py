@@ -67,10 +67,7 @@ def compare(medium, cases_deg, rtol, cuts_m=CUTS_M):
 def test_slow_vectors():
     compare(molecules_only(550.0), [(92.0, 85.0, 180.0), (90.01, 0.0, 0.0)], 1e-7)
     compare(atmospheres.mol_ozone(600.0), [(90.0, 90.0, 0.0), (92.0, 85.0, 180.0)], 1e-6)
-
-
-def test_slow_vectors_over_a_cloud():
-    """Densities that jump; under a level sun only the upper metre of the cloud is lit."""
+    # Densities that jump; under a level sun only the upper metre of the cloud is lit.
     cloud = replace(
         exponential(0.5, phase=atmospheres.henyey_greenstein_phase(0.85)).constituents[0],
         name="cloud",

@@ -189,12 +189,9 @@ def test_a_bad_table_gets_one_sentence(tmp_path, text, code, message):
     assert all(problem.advice for problem in caught.value.problems)
 
 
-def test_a_file_and_a_code_block_are_refused(tmp_path):
+def test_files_that_are_doubtful(tmp_path):
     with pytest.raises(InputFileError, match="names a file and has a code block"):
         read_atmo(scene(tmp_path, "file t.csv\n```\nreturn vec4(1.0);\n```", t="0, 1\n180, 1\n"))
-
-
-def test_angles_too_far_apart_are_warned_of(tmp_path):
     coarse = np.arange(0.0, 181.0, 20.0)
     with pytest.warns(InputWarning) as caught:
         read_medium(read_atmo(scene(tmp_path, "file t.csv", t=rows(coarse, hg(0.85, coarse)))))

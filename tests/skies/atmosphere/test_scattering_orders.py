@@ -93,18 +93,6 @@ def ground_irradiance(sky):
     return sky.direct_irradiance + sky.irradiance_by_order.sum(axis=1)
 
 
-def test_ground_is_an_interaction():
-    """A white ground changes order 2 and not order 1, by what a uniform ground radiance gives."""
-    black, white = (
-        by_order(solve_layers(one_layer(0.2), albedo, 0.5, np.array([0.3]), n_orders=2, n_listed=2), AZIMUTH)
-        for albedo in (0.0, 1.0)
-    )
-    np.testing.assert_array_equal(black[0, 0], white[0, 0])
-    reflected = (white - black)[0, 1, 0]
-    np.testing.assert_allclose(reflected, reflected[0], rtol=1e-12)
-    assert reflected[0] > 0.01
-
-
 @pytest.mark.parametrize(("depth", "albedo"), [(0.1, 0.0), (1.0, 0.8), (5.0, 1.0)])
 def test_geometric_rest_is_what_more_orders_bring(depth, albedo):
     zenith = np.deg2rad([10.0, 80.0])
@@ -234,7 +222,7 @@ def test_addition_theorem_at_high_degree():
         assert found == pytest.approx(float(mpmath.legendre(degree, cosine)), abs=1e-12)
 
 
-def test_moments_of_a_peak_and_of_no_phase_function():
+def test_moments_of_phase_functions():
     sharp = phase_moments(lambda cosine: atmospheres.peaked_phase(cosine, 0), 4)
     assert sharp[0] == 1.0
     x = (np.arange(200_000) + 0.5) / 200_000
@@ -243,10 +231,7 @@ def test_moments_of_a_peak_and_of_no_phase_function():
     assert sharp[1] == pytest.approx(mean, rel=1e-7)
     with pytest.raises(SceneError, match=r"integral 1\.1 over the sphere"):
         phase_moments(lambda cosine: np.full_like(cosine, 1.1 / (4.0 * np.pi)), 4)
-
-
-def test_moments_of_a_phase_function_with_jumps():
-    """A stair: its moments are differences of Legendre functions, x_l = 2 pi h (P_l-1 - P_l+1)(c) / (2 l + 1)."""
+    # A stair: its moments are differences of Legendre functions, x_l = 2 pi h (P_l-1 - P_l+1)(c) / (2 l + 1).
     at, low, high = np.array([-0.97, 0.3]), 0.01, 0.1
     last = (1.0 / (2.0 * np.pi) - low * (at[1] - at[0]) - high * (1.0 - at[1])) / (at[0] + 1.0)
     found = phase_moments(lambda c: np.where(c > at[1], high, np.where(c > at[0], low, last)), 40)

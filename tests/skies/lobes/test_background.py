@@ -53,23 +53,17 @@ def test_midnight_is_local_with_an_offset():
     assert sky.irradiance("a0", 2 * 3600.0, 400.0) == pytest.approx(1.0, rel=1e-15)
 
 
-def test_keys_fade_into_each_other_and_the_end_keys_hold():
+def test_keys_fade_and_the_end_keys_hold():
     sky = background(animation([0.25, 0.5, 0.5, 0.75], [1.0, 3.0, 10.0, 20.0]))
     hours = np.array([0.0, 6.0, 9.0, 11.999999, 12.0, 15.0, 18.0, 23.0])
     assert sky.irradiance("a0", 3600 * hours, 400.0) == pytest.approx([1, 1, 2, 3, 10, 15, 20, 20], rel=1e-6)
     assert sky.irradiance("a0", 12 * 3600.0, 400.0) == 10.0  # of two keys at one time the later wins
-
-
-def test_times_and_wavelengths_broadcast_and_animations_add():
     sky = background(animation([0.0, 1.0], [1.0, 1.0], curve_index=np.array([0, 1])), animation([0.0], [2.0]))
     times = np.array([0.0, 43200.0])[:, None]
     got = sky.irradiance("a0", times, np.array([400.0, 450.0, 700.0]))
     assert got == pytest.approx(np.array([[1.0, 1.5, 6.0], [4.5, 4.75, 7.0]]), rel=1e-15)
     both = sky.irradiance(None, times, 450.0)
     assert both == pytest.approx(sky.irradiance("a0", times, 450.0) + sky.irradiance("a1", times, 450.0), rel=1e-15)
-
-
-def test_end_wavelengths_hold_within_the_rounding_of_float32():
     sky = background(animation([0.0], [1.0]))
     assert sky.irradiance("a0", 0.0, 400.0 * (1 - 9e-7)) == 1.0
     assert sky.irradiance("a0", 0.0, 700.0 * (1 + 9e-7)) == 6.0
@@ -176,38 +170,29 @@ def test_irradiance_is_the_same_for_both_interpolations(interpolation):
         np.testing.assert_allclose(now.irradiance([400.0, 450.0, 700.0]), expected, rtol=1e-14)
 
 
-def test_keys_of_one_kind_turn_the_short_way():
+def test_keys_turn_the_short_way_or_fade():
     opposite = glow(quaternion=np.stack([turn(0.0), -7.0 * turn(80.0)]))
     (lobe,) = background_at(background(glow=opposite), 0.25 * DAY, interpolation="slerp").lobes
     np.testing.assert_allclose(lobe.quaternion, turn(20.0), atol=2e-16)
     assert (lobe.name, lobe.kind) == ("glow", "ggx")
     assert lobe.param0 == pytest.approx(0.3, rel=1e-15)
     assert lobe.param1 == 0.4
-
-
-def test_keys_of_two_kinds_fade_where_others_turn():
     night = background(glow=glow(kind=("hg", "ggx")))
     fading, turning = (background_at(night, 0.5 * DAY, interpolation=how) for how in ("crossfade", "slerp"))
     assert [lobe.kind for lobe in turning.lobes] == ["hg", "ggx"]
     np.testing.assert_array_equal(fading.radiance(*ANGLES, 500.0), turning.radiance(*ANGLES, 500.0))
-
-
-def test_keys_that_differ_in_light_alone_are_one_lobe():
     still = glow(param0=np.array([0.2, 0.2]), quaternion=np.stack([turn(5.0)] * 2))
     (lobe,) = background_at(background(glow=still), 0.5 * DAY).lobes
     np.testing.assert_allclose(lobe.spectrum, [12.5, 13.0, 15.0], rtol=1e-15)
     np.testing.assert_array_equal(lobe.quaternion, turn(5.0))
 
 
-def test_lobes_without_light_are_left_out():
+def test_dark_lobes_are_left_out_and_skies_add():
     night = background(glow=glow([0.0, 1.0]))
     assert [lobe.name for lobe in background_at(night, 0.5 * DAY).lobes] == ["glow/1"]
     black = background_at(night, 0.0)
     assert black.lobes == ()
     np.testing.assert_array_equal(black.radiance(*ANGLES, 500.0), np.zeros((7, 9)))
-
-
-def test_several_skies_add():
     one, two = background(glow=glow()), background(glow=glow([5.0, 0.0]))
     both = background_at([one, two], 0.5 * DAY)
     assert [lobe.name for lobe in both.lobes] == ["1/glow/0", "1/glow/1", "2/glow/0"]

@@ -121,9 +121,6 @@ def test_components():
     assert city.below_horizon == pytest.approx(1 - above, rel=1e-12)
     np.testing.assert_allclose(city.strength, [3 * projected, 0.0])
     assert city.cell[0, 2] == pytest.approx(above / projected, rel=1e-13)
-
-
-def test_dark_lobes_are_left_out_and_equal_lobes_share():
     assert [c.name for c in lower(irradiance=[[0.0], [1.0], [1.0]])] == ["city"]
     twins = lower(kinds=["hg"] * 3, param0=[0.5] * 3, param1=[0.0] * 3, quaternion=[tilted(100.0)] * 3)
     assert len(twins) == 3

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 from aomc_sky.component import Component, Law
-from aomc_sky.kernels.arithmetic.elementary import split_power
-from aomc_sky.kernels.jit import shared
 from aomc_sky.skies.lobes.kernels import law as plain_lobe
 from aomc_sky.skies.lobes.law import LobeTables
 from tests.support.lobes import lobe_components
@@ -77,16 +75,6 @@ def test_extreme_words_give_directions():
         directions, bound = plain_lobe._fallen(None, first, second, np.full(first.size, lobe), tables)
         np.testing.assert_allclose(np.sqrt(sum(x * x for x in directions)), 1, atol=6e-16)
         assert np.all(-directions[2] <= bound * (1 + 1e-12))
-
-
-def _power_of(x):
-    return split_power(x)
-
-
-def test_split_power():
-    compiled = shared(_power_of)
-    for x in np.array([1.0, 0.1, 1e-200, 1 - 2.0**-53, 0.5, 3e7]):
-        assert split_power(x) == compiled(x) == np.frexp(x)
 
 
 def test_component_shapes_are_checked():

@@ -26,7 +26,7 @@ def flux(sky, n=300):
     return float(2 * np.pi * np.sum(value.mean(axis=1) * mu * w))
 
 
-def test_a_sky_from_irradiances_has_their_diffuse_flux():
+def test_the_three_inputs_are_one_sky():
     sky = PerezSky(**CLEAR)
     assert isinstance(sky, SkyModel)
     assert sky_model("perez") is PerezSky
@@ -36,9 +36,6 @@ def test_a_sky_from_irradiances_has_their_diffuse_flux():
     np.testing.assert_array_equal(sky.model_coefficients, perez.coefficients(sky.clearness, sky.brightness, 0.8))
     integral = float(perez.horizontal_integral(sky.model_coefficients, 0.8))
     assert sky.relative_integral == pytest.approx(integral, rel=1e-11)
-
-
-def test_the_three_inputs_agree():
     by_weather = PerezSky(**CLEAR)
     sun = {"sun_zenith_rad": 0.8, "sun_azimuth_rad": 2.0}
     by_sky = PerezSky(**sun, epsilon=by_weather.clearness, delta=by_weather.brightness)
@@ -48,9 +45,6 @@ def test_the_three_inputs_agree():
     assert (by_hand.clearness, by_hand.brightness) == (None, None)
     relative = by_sky.radiance(0.3, 0.1, 500.0)
     assert by_weather.radiance(0.3, 0.1, 500.0) == pytest.approx(float(relative) * 90 / by_sky.relative_integral)
-
-
-def test_skies_compare_and_hash():
     one, other = (PerezSky(sun_zenith_rad=0.5, coefficients=given) for given in (np.array(HAND), list(HAND)))
     assert one == other
     assert hash(one) == hash(other)

@@ -105,11 +105,8 @@ def test_a_block_tells_all_its_problems_in_their_order(text, places):
     assert [one.split(" ")[0] for one in problems_of(text)] == places.split()
 
 
-def test_a_thousand_problems_end_at_once():
+def test_problems_are_few_and_have_a_caret():
     assert len(problems_of("x = 1;" * 1000)) == MAX_PROBLEMS_SHOWN + 1
-
-
-def test_the_caret_stands_below_the_name():
     with pytest.raises(InputFileError) as caught:
         density_block("float h = altitude/km;\n  return exp(-hh);")
     assert str(caught.value) == (

@@ -73,28 +73,22 @@ def test_arrays_are_read_only_and_the_file_travels(tmp_path):
     assert np.array_equal(again.curves, file.curves)
 
 
-def test_one_curve_may_be_flat_and_one_lobe_alone(tmp_path):
+def test_shapes_of_single_curves_and_quaternions(tmp_path):
     lobe = (1, 0.0, 0.0, 1.0, (1, 0, 0, 0), 0, -3.5)
     file = read(plain_file(tmp_path / "x.h5", lobes=[lobe], curves=CURVES[0], reference=(1, 2**63 + 5)))
     assert file.curves.shape == (1, 3)
     assert (file.animations["a"].time_point_s, *file.animations["a"].relative_time_days) == (2**63 + 5, -3.5)
-
-
-def test_quaternions_of_any_length_become_unit(tmp_path):
     lobes = [(1, 0.0, 0.0, 1.0, np.array([3, -4, 0, 12]) * s, 0, 0.0) for s in (1e-40, 1e-20, 1.0, 1e20, 1e37)]
     quaternion = read(plain_file(tmp_path / "x.h5", lobes=lobes)).animations["a"].quaternion
     assert np.allclose(quaternion[1:], np.array([3, -4, 0, 12]) / 13, rtol=1e-7, atol=0)
     assert np.abs(np.sqrt((quaternion**2).sum(axis=1)) - 1).max() < 4e-16
 
 
-def test_a_missing_member_of_info_is_a_warning(tmp_path):
+def test_what_is_a_warning(tmp_path):
     with pytest.warns(InputWarning) as caught:
         file = read(plain_file(tmp_path / "x.h5", info="none"))
     assert len(caught) == 4  # author, name, type and version
     assert file.info == BackgroundInfo()
-
-
-def test_wavelengths_that_look_like_nanometres_are_a_warning(tmp_path):
     with pytest.warns(InputWarning, match=r"warning\[E506\]: /SpectralSamples: .* 400 micrometres"):
         assert read(plain_file(tmp_path / "x.h5", samples=((400.0, 500.0, 600.0),))).wavelength_nm[0] == 4e5
 
@@ -170,26 +164,7 @@ def test_a_missing_member_is_named(name, tmp_path):
     assert name.removesuffix("/a") in str(error.value)
 
 
-def test_a_broken_animation_does_not_hide_what_is_wrong_with_another(tmp_path):
-    def change(file):
-        file.copy("LobeAnims/a", "LobeAnims/b")
-        del file["LobeAnims/a/Lobes"]
-
-    with pytest.raises(InputFileError) as error:
-        read(plain_file(tmp_path / "x.h5", lobes=[lobe(coeff=-1)], change=change, version=2))
-    assert codes(error) == ["E504", "E509", "E506"]
-
-
-def test_a_missing_field_is_named(tmp_path):
-    def change(file):
-        del file["LobeAnims/a/Lobes"]
-        file["LobeAnims/a/Lobes"] = np.zeros(2, [("Type", "u4"), ("Param0", "f4")])
-
-    with pytest.raises(InputFileError, match="no member Param1, Coeff, LocalTransform, CurveIndex, RelativeTime"):
-        read(plain_file(tmp_path / "x.h5", change=change))
-
-
-def test_all_problems_come_at_once_and_at_most_20_are_shown(tmp_path):
+def test_all_problems_come_at_once(tmp_path):
     bad = lobe(kind=1, param0=2.0, coeff=-1, quaternion=(0, 0, 0, 0), curve=9, time=3)
     with pytest.raises(InputFileError) as error:
         read(plain_file(tmp_path / "x.h5", lobes=[bad, bad], version=3, samples=((3, 2, 1),), curves=-np.ones((1, 3))))
@@ -205,6 +180,21 @@ def test_all_problems_come_at_once_and_at_most_20_are_shown(tmp_path):
     assert len(error.value.problems) == 31
     assert str(error.value).count("error[E506]") == 20
     assert "and 11 more problems" in str(error.value)
+
+    def change(file):
+        file.copy("LobeAnims/a", "LobeAnims/b")
+        del file["LobeAnims/a/Lobes"]
+
+    with pytest.raises(InputFileError) as error:
+        read(plain_file(tmp_path / "x.h5", lobes=[lobe(coeff=-1)], change=change, version=2))
+    assert codes(error) == ["E504", "E509", "E506"]
+
+    def change(file):
+        del file["LobeAnims/a/Lobes"]
+        file["LobeAnims/a/Lobes"] = np.zeros(2, [("Type", "u4"), ("Param0", "f4")])
+
+    with pytest.raises(InputFileError, match="no member Param1, Coeff, LocalTransform, CurveIndex, RelativeTime"):
+        read(plain_file(tmp_path / "x.h5", change=change))
 
 
 UP = (1.0, 0.0, 0.0, 0.0)
@@ -250,15 +240,12 @@ def test_what_is_written_is_what_plain_h5py_reads(tmp_path):
         assert np.array_equal(file["SpectralSamples"][0], np.array([0.4, 0.5005, 0.6], "f4"))
 
 
-def test_two_writes_are_equal_byte_for_byte(tmp_path):
+def test_writes_are_equal_and_keep_the_numbers(tmp_path):
     write_background(tmp_path / "x.h5", content())
     time.sleep(1.01)  # a time of creation would differ
     write_background(tmp_path / "y.h5", content(animations=dict(reversed(content().animations.items()))))
     assert (tmp_path / "x.h5").read_bytes() == (tmp_path / "y.h5").read_bytes()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["x.h5", "y.h5"]
-
-
-def test_a_file_read_and_written_keeps_its_numbers(tmp_path):
     first = read(plain_file(tmp_path / "x.h5"))
     write_background(tmp_path / "y.h5", first)
     second = read(tmp_path / "y.h5")
