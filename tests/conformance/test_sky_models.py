@@ -179,6 +179,9 @@ def test_components_are_checked():
         for name, value in changes.items():
             with pytest.raises(error, match=words):
                 sky.Component(**{**good, name: value})
+    with pytest.raises(sky.SceneError, match="at a wavelength where it is dark"):
+        sky.FunctionSky(lambda z, a, w: max(w - 500.0, 0.0), strength=1.0).lower([450.0, 550.0])
+    assert sky.Scene(wavebands=[500.0], n_photons=10, components=lobe_sky(TILTED)).irradiance is not None
 
 
 UNIFORM, BEAM = sky.UniformSky(), sky.DirectBeam(sun_zenith_deg=30.0)
@@ -198,12 +201,6 @@ MIXED = [sky.UniformSky(strength=1), sky.DirectBeam(sun_zenith_deg=30.0, irradia
 def test_models_without_shares_are_refused_not_halved(components, message):
     with pytest.raises(sky.SceneError, match=message):
         sky.Scene(wavebands=[500.0], n_photons=10, components=components)
-
-
-def test_a_function_that_is_dark_has_no_share():
-    with pytest.raises(sky.SceneError, match="at a wavelength where it is dark"):
-        sky.FunctionSky(lambda z, a, w: max(w - 500.0, 0.0), strength=1.0).lower([450.0, 550.0])
-    assert sky.Scene(wavebands=[500.0], n_photons=10, components=lobe_sky(TILTED)).irradiance is not None
 
 
 def test_scenes_are_checked():

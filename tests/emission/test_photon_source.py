@@ -108,7 +108,7 @@ def test_what_there_is_not():
         scene().source(placement="sobol")
 
 
-def test_threads_and_processes():
+def test_threads_processes_and_plans(tmp_path):
     source = scene().source(seed=2)
     whole = source.photons(1)
     starts = list(range(0, 30_011, 1777))
@@ -119,6 +119,15 @@ def test_threads_and_processes():
     again = pickle.loads(pickle.dumps(source))
     assert_equal(again.photons(1, 5, 50), whole, slice(5, 50))
     assert len(pickle.dumps(scene(n=10**15).source())) < 100_000
+    source = scene(components=several()).source(seed=6, precision="float64")
+    source.plan.save(tmp_path / "plan.npz")
+    plan = sky.Plan.load(tmp_path / "plan.npz")
+    assert plan.sha256 == source.plan.sha256
+    again = sky.PhotonSource.from_plan(plan)
+    assert_equal(again.photons(0), source.photons(0))
+    np.testing.assert_array_equal(again.counts, source.counts)
+    assert [c.name for c in again.components] == [c.name for c in source.components]
+    assert again.grid.n_patches == source.grid.n_patches
 
 
 def test_bands_seeds_and_footprints():
@@ -160,18 +169,6 @@ def test_out_is_filled_and_checked():
 def test_ranges_that_do_not_exist(band, start, stop):
     with pytest.raises(IndexError, match=r"band|photons"):
         scene().source().photons(band, start, stop)
-
-
-def test_plan_rebuilds_the_source(tmp_path):
-    source = scene(components=several()).source(seed=6, precision="float64")
-    source.plan.save(tmp_path / "plan.npz")
-    plan = sky.Plan.load(tmp_path / "plan.npz")
-    assert plan.sha256 == source.plan.sha256
-    again = sky.PhotonSource.from_plan(plan)
-    assert_equal(again.photons(0), source.photons(0))
-    np.testing.assert_array_equal(again.counts, source.counts)
-    assert [c.name for c in again.components] == [c.name for c in source.components]
-    assert again.grid.n_patches == source.grid.n_patches
 
 
 def test_everything_that_changes_photons_changes_the_name():

@@ -76,7 +76,7 @@ def test_directions_of_lobes():
     np.testing.assert_allclose(scene.radiance(0, sky_zenith_rad=zenith, sky_azimuth_rad=azimuth), expected, rtol=1e-9)
 
 
-def test_edges_of_patches_belong_to_the_next_one():
+def test_edges_of_patches_and_what_is_no_direction():
     model = table_of(np.arange(1.0, 13.0).reshape(3, 4), weighting="projected")
     scene = scene_of(model, 500.0)
     zenith, azimuth = np.array([0.0, 29.999, 30.0, 60.0, 90.0]), np.array([0.0, 90.0, 180.0, 270.0, 359.999])
@@ -88,9 +88,6 @@ def test_edges_of_patches_belong_to_the_next_one():
         found = scene.radiance(0, **angles)
         np.testing.assert_allclose(found / found[0], [1, 2, 7, 12, 12], rtol=1e-12)
         assert found[0] / expected[0] == pytest.approx(found[4] / expected[4], rel=1e-12)
-
-
-def test_what_is_no_direction_or_band():
     scene = SCENES["uniform"]()
     for angles in ({"sky_zenith_deg": 91, "sky_azimuth_deg": 0}, {"sky_zenith_deg": 10, "sky_azimuth_deg": np.nan}):
         with pytest.raises(sky.SceneError, match="0 to 90 degrees and a finite azimuth"):
@@ -128,18 +125,6 @@ def test_maps_of_tables_hold_their_light(name, options):
     for band, one in enumerate(maps(source, range(source.n_bands))):
         expected = axes_of(source, [band])["irradiance_of_map"]
         assert one[:180].astype(float).sum(axis=1) @ PIXEL_SR == pytest.approx(expected[0], rel=1e-6)
-
-
-def test_datasets_carry_radiance_and_wavelengths():
-    pytest.importorskip("xarray")
-    scene = day()
-    data = sky.to_xarray(scene.source())
-    assert data.radiance.attrs["units"] == "W m-2 sr-1 nm-1"
-    one = data.swap_dims(waveband="wavelength").radiance.sel(wavelength=555.0)
-    exact = scene.radiance(1, sky_zenith_deg=one.zenith.values[:, None], sky_azimuth_deg=one.azimuth.values)
-    np.testing.assert_allclose(one[5:], exact[5:], rtol=1e-2)  # the zenith's ring is all around in one patch
-    area = scene.source().grid.projected_solid_angle_sr
-    assert one.values.ravel() @ area == pytest.approx(scene.irradiance.of_component[1, 1], rel=1e-9)
 
 
 def test_functions_have_their_radiance_in_directions_and_pixels():

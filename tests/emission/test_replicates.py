@@ -41,6 +41,13 @@ def test_one_replicate_is_the_run_without_any():
     assert plain.plan.sha256 == one.plan.sha256 != scene(1000).source(seed=4, replicates=2).plan.sha256
     assert one.plan.cumulative.shape[0] == one.n_bands == 1
     assert_same(joined([plain.photons()]), joined([one.photons()]))
+    assert scene(12).source(replicates=12).n_photons(0) == 12
+    with pytest.raises(SceneError, match="waveband 2 has 12 photons, too few for 13 replicates"):
+        scene([13, 12, 0], n_bands=3).source(replicates=13)
+    with pytest.raises(UsageError, match="no randomness"):
+        scene(1000).source(replicates=2, allocation="aomc")
+    with pytest.raises(UsageError, match="cells in 4000 replicates takes about"):
+        scene(5000, n_bands=100).source(replicates=4000, max_memory_bytes=2**25)
 
 
 OPTIONS = {"method": ["iid"], "order": ["patch"], "placement": ["philox", "centre"], "precision": ["float64"]}
@@ -75,16 +82,6 @@ def test_photons_are_shared_evenly_and_counts_keep_their_bounds():
     assert source.replicate_counts(1).sum() == 0
     with pytest.raises(IndexError, match="replicate 7"):
         source.replicate_range(0, 7)
-
-
-def test_replicates_without_photons_or_chance_are_refused():
-    assert scene(12).source(replicates=12).n_photons(0) == 12
-    with pytest.raises(SceneError, match="waveband 2 has 12 photons, too few for 13 replicates"):
-        scene([13, 12, 0], n_bands=3).source(replicates=13)
-    with pytest.raises(UsageError, match="no randomness"):
-        scene(1000).source(replicates=2, allocation="aomc")
-    with pytest.raises(UsageError, match="cells in 4000 replicates takes about"):
-        scene(5000, n_bands=100).source(replicates=4000, max_memory_bytes=2**25)
 
 
 def sums_of(source, band=0, size=64):

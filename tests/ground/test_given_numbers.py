@@ -77,7 +77,7 @@ def test_infinite_angles_are_refused_without_a_warning_of_numpy(name, value):
             INFINITE[name](np.asarray(value))
 
 
-def test_what_overflows_is_refused_without_a_warning_of_numpy():
+def test_what_overflows_and_what_is_no_wavelength():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         with pytest.raises(sky.SceneError, match="from 0 to below 96"):
@@ -86,6 +86,10 @@ def test_what_overflows_is_refused_without_a_warning_of_numpy():
             sky.perez.sky_brightness(1.7e308, 1.0)
         with pytest.raises(sky.UsageError, match="overflows"):
             sky.rayleigh_cross_section(1.5, 288.0, 1e-300)
+    model = sky.FunctionSky(lambda z, a, w: 1.0 + 0.0 * z)  # memory without a value was returned for NaN
+    for wavelength in (np.nan, [550.0, np.nan], np.inf):
+        with pytest.raises(sky.SceneError, match="wavelength_nm must be finite"):
+            model.radiance(0.5, 0.0, wavelength)
 
 
 def test_nan_stays_nan_and_nothing_shines_below_the_horizon():
@@ -191,13 +195,6 @@ def test_one_number_is_no_array_and_no_truth(name, value):
 @pytest.mark.parametrize("name", set(ONE_NUMBER) - {"epsilon", "Moon"})
 def test_numbers_of_other_libraries_are_numbers(name, value):
     ONE_NUMBER[name](value)
-
-
-def test_a_wavelength_that_is_none_has_no_radiance():
-    model = sky.FunctionSky(lambda z, a, w: 1.0 + 0.0 * z)  # memory without a value was returned for NaN
-    for wavelength in (np.nan, [550.0, np.nan], np.inf):
-        with pytest.raises(sky.SceneError, match="wavelength_nm must be finite"):
-            model.radiance(0.5, 0.0, wavelength)
 
 
 @pytest.mark.parametrize("direction", [0.5, [0.0, -1.0], [[0.0, 0.0, 0.0]], [0.0, 0.0, np.inf], []])

@@ -40,9 +40,6 @@ def test_index_and_patch_belong_together():
     assert grid.patch_of(np.array([90.0]), np.array([0.0]))[0] == 8 * 12
     degrees = sky.PatchGrid.whole_degrees()
     assert degrees.patch_of(np.array([0.0, 45.2]), np.array([359.7, 0.4])).tolist() == [0, 44 * 360]
-
-
-def test_what_is_no_grid():
     for bounds in ([[0, 91]], [[10, 5]], [[0, np.nan]], [0, 90], np.empty((0, 2))):
         with pytest.raises(ValueError, match="bounds"):
             sky.PatchGrid(zenith_bounds_deg=bounds, azimuth_bounds_deg=[[0, 360]])

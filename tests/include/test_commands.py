@@ -31,7 +31,7 @@ def compiled(folder, text):
     return folder
 
 
-def test_a_run_writes_the_source_and_no_photon(run):
+def test_a_run_writes_the_source_and_is_kept(run, told):
     assert {path.name for path in run.iterdir()} == {"source.sky", "plan.npz", "counts.csv", "manifest.json"}
     manifest = manifest_of(run)
     assert manifest["options"]["formats"] == ["source"]
@@ -39,9 +39,6 @@ def test_a_run_writes_the_source_and_no_photon(run):
     source = sky.PhotonSource(sky.Plan.load(run / "plan.npz"))
     assert (run / "source.sky").read_bytes() == source.to_bytes()
     assert (run / "source.sky").stat().st_size <= 3 * 1.3e6
-
-
-def test_a_finished_run_is_kept_and_a_changed_one_made_again(run, told):
     words = [*RUN, "--out", str(run)]
     whole = (run / "source.sky").read_bytes()
     assert "again)" in told(*words).out

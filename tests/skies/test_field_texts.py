@@ -276,10 +276,17 @@ def test_a_fill_value_of_float64_is_that_of_float32(fill, tmp_path):
     assert any("1 of 240 directions have no value" in one for one in table.remarks)
 
 
-def test_solid_angles_beside_the_radiances_are_no_second_field(tmp_path):
+def test_what_stands_beside_the_radiances(tmp_path, capsys):
     field = east(radiance={"cell_measures": "area: omega"}, name="I").squeeze("wavelength", drop=True)
     field["omega"] = (("zenith", "azimuth"), np.ones((10, 24)))
     assert run(field, tmp_path, "--wavelengths", 550, "--dry-run") == 0
+    field = east()
+    field["pixel_quality"] = (field.radiance.dims, np.zeros(field.radiance.shape, "i1"))
+    field["cloud"] = (field.radiance.dims, np.zeros(field.radiance.shape, "i1"), {"flag_meanings": "clear cloudy"})
+    field["ship_flag"] = ("station", [1, 2])
+    assert run(field, tmp_path, "--dry-run") == 0
+    shown = capsys.readouterr()
+    assert "'pixel_quality cloud' of the file, on the quality of the radiances, is not used" in shown.out + shown.err
 
 
 @pytest.mark.parametrize(("nines", "is_asked"), [(999.9, True), (9999.9, True), (9999.0, True), (99.9, False)])
@@ -298,16 +305,6 @@ def test_nines_far_beyond_all_other_radiances_are_a_question(nines, is_asked, dt
         read(both)
     assert error.value.advice.startswith("write NaN for a gap, or ")
     assert read(east(change=lambda one: one + 9999.0 - one.max())).values.max() > 9900
-
-
-def test_flags_beside_the_radiances_are_said(tmp_path, capsys):
-    field = east()
-    field["pixel_quality"] = (field.radiance.dims, np.zeros(field.radiance.shape, "i1"))
-    field["cloud"] = (field.radiance.dims, np.zeros(field.radiance.shape, "i1"), {"flag_meanings": "clear cloudy"})
-    field["ship_flag"] = ("station", [1, 2])
-    assert run(field, tmp_path, "--dry-run") == 0
-    shown = capsys.readouterr()
-    assert "'pixel_quality cloud' of the file, on the quality of the radiances, is not used" in shown.out + shown.err
 
 
 @pytest.mark.parametrize("name", ["cos_theta", "cosine_of_zenith_angle", "cos_vza", "cos_zenith"])

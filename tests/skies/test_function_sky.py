@@ -28,6 +28,11 @@ def test_the_mean_cosine_of_its_photons():
     assert abs(-source_of(model).photons(0, 0, 100_000).uz.mean(dtype=float) - exact) < 1e-5
     assert abs(source_of(model.refined(1e-4)).exact_moments(0).mean_mu - 11 / 15) < 1e-6
     assert abs(model.irradiance(440.0)[0] / (2 * np.pi) - 1) < 1e-12
+    model = FunctionSky(lambda z, a, w: np.cos(z) if w < 500 else 1.0, grid=sky.PatchGrid.regular(4, 6))
+    (component,) = model.lower([440.0, 550.0])
+    np.testing.assert_allclose(component.strength, [2 * np.pi / 3, np.pi], rtol=0, atol=1e-12)
+    both = model.radiance(np.array([[0.2], [0.4]]), 0.0, np.array([440.0, 550.0]))
+    np.testing.assert_allclose(both, [[np.cos(0.2), 1], [np.cos(0.4), 1]])
 
 
 @pytest.mark.parametrize(
@@ -52,14 +57,6 @@ def test_a_spot_that_is_missed_on_an_even_sky_is_in_the_notes():
     model = FunctionSky(disc)
     assert model.irradiance(550.0)[0] < 1.0001 * np.pi  # the disc has more than a half of the light
     assert model.notes([550.0]) == ("sky 'function': a spot of light less than 0.19 degrees wide may be missed",)
-
-
-def test_a_function_of_wavelength_has_a_mass_for_each():
-    model = FunctionSky(lambda z, a, w: np.cos(z) if w < 500 else 1.0, grid=sky.PatchGrid.regular(4, 6))
-    (component,) = model.lower([440.0, 550.0])
-    np.testing.assert_allclose(component.strength, [2 * np.pi / 3, np.pi], rtol=0, atol=1e-12)
-    both = model.radiance(np.array([[0.2], [0.4]]), 0.0, np.array([440.0, 550.0]))
-    np.testing.assert_allclose(both, [[np.cos(0.2), 1], [np.cos(0.4), 1]])
 
 
 @pytest.mark.parametrize(

@@ -96,7 +96,7 @@ def test_meridians_and_parallels_of_jumps_are_found(shape, monkeypatch):
     assert abs(integrate_patches(light, grid).mass.sum() / exact - 1) > 1e-7
 
 
-def test_what_a_jump_costs():
+def test_what_patches_cost():
     """The whole dome as one patch, lit over a share p of its azimuths: 1 - p - t p (1 - p) at the steepest slope -t."""
     result = integrate_patches(lambda z, a: (a < 1.0) + 0.0, sky.PatchGrid.regular(1, 1))
     p = 1 / (2 * np.pi)
@@ -106,10 +106,7 @@ def test_what_a_jump_costs():
     edges = np.array([[0.0, 1.0]]), np.array([[0.0, 4.0]])
     found = [jumps(lambda x, y: (y < 0.7) + 0.0 * x, *edges, most)[1].tolist() for most in (10**6, 0)]
     assert found == [[pytest.approx(0.7)], []]
-
-
-def test_variation_falls_with_the_width_of_the_patches():
-    """L = mu: what is left of a smooth radiance falls with the square of the rings."""
+    # L = mu: what is left of a smooth radiance falls with the square of the rings.
     values = [integrate_patches(lambda z, a: np.cos(z), sky.PatchGrid.regular(n, 1)) for n in (30, 60)]
     assert abs(values[0].variation / values[1].variation - 4) < 0.15
     assert values[1].column_variation < 1e-15

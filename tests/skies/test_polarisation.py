@@ -52,6 +52,8 @@ def test_degree_and_edges():
     assert np.abs(pattern(0.7, 1.1, (0.7, 1.1))).max() < 1e-30
     assert np.abs(pattern(np.pi / 2, np.pi, (np.pi / 2, 0.0))).max() < 1e-15
     np.testing.assert_allclose(pattern(0.7 + 1e-6, 1.1, (0.7, 1.1)), [-0.5e-12, 0.0], rtol=1e-8, atol=1e-25)
+    with pytest.raises(sky.UsageError, match="RayleighPattern"):
+        sky.PerezSky(sun_zenith_deg=40.0, epsilon=6.0, delta=0.1, polarisation="rayleigh").lower([550.0])
 
 
 @pytest.mark.parametrize("degree", [-0.1, 1.1, np.nan])
@@ -119,11 +121,6 @@ def test_rows_of_wavelengths():
     assert np.abs(source.stokes(0) - source.stokes(1)).max() > 1e-3
     with pytest.raises(sky.SceneError, match="where the sun is"):
         dataclasses.replace(field, sun=None)
-
-
-def test_what_is_no_pattern_is_refused():
-    with pytest.raises(sky.UsageError, match="RayleighPattern"):
-        sky.PerezSky(sun_zenith_deg=40.0, epsilon=6.0, delta=0.1, polarisation="rayleigh").lower([550.0])
 
 
 def test_light_of_a_glowing_ground_is_not_polarised_around_the_sun():

@@ -128,16 +128,3 @@ def test_sasktran2(tmp_path):
     np.testing.assert_allclose(table.values_q, -1e-3, rtol=0.03)
     with pytest.raises(sky.SceneError, match=r"without gaps; .* field.isel\(stokes=0\)"):
         read(made.isel(los=slice(0, -1)))
-
-
-def test_angles_that_share_a_part_of_their_dimensions_are_refused():
-    made = xarray.DataArray(
-        np.ones((3, 4)),
-        dims=("a", "b"),
-        coords={
-            "zenith": (("a", "b"), np.full((3, 4), 30.0), {"units": "deg"}),
-            "azimuth": ("b", np.arange(4) * 90.0, {"units": "deg"}),
-        },
-    )
-    with pytest.raises(sky.SceneError, match="share a part of their dimensions"):
-        read(made)

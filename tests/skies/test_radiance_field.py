@@ -178,10 +178,7 @@ def test_scattered_directions_are_interpolated_on_the_sphere():
         remarks = read(made.where(made.zenith < 60)).remarks
     assert any("directions have no value" in remark for remark in remarks)
     assert any("a radiance is off by" in remark for remark in remarks)
-
-
-def test_points_that_were_unstacked_are_no_field():
-    """A table of 300 directions as a field of 300 x 300 with gaps: the grid is the usual one, and the gaps are said."""
+    # A table of 300 directions as a field of 300 x 300 with gaps: the grid is the usual one, and the gaps are said.
     rng = np.random.default_rng(5)
     zenith, azimuth = np.rad2deg(np.arccos(rng.uniform(0.02, 1, 300))).round(3), rng.uniform(0, 360, 300).round(3)
     (rows, row), (columns, column) = (np.unique(angle, return_inverse=True) for angle in (zenith, azimuth))
@@ -213,6 +210,7 @@ def test_points_that_were_unstacked_are_no_field():
         (lambda f: f.isel(wavelength=[1, 0, 1]) * [[[1]], [[1]], [[2]]], {}, "550 nm stands .* twice"),
         (lambda f: xarray.Dataset({"L": f, "M": f}), {}, "2 variables of numbers: 'L', 'M'"),
         (lambda f: f.values, {}, "got ndarray"),
+        (lambda f: xarray.DataArray(np.ones((3, 4)), SHARED, ("a", "b")), {}, "share a part of their dimensions"),
     ],
 )
 def test_refusals_say_what_to_write(change, options, message):
@@ -221,6 +219,7 @@ def test_refusals_say_what_to_write(change, options, message):
     assert "\n" not in str(caught.value)
 
 
+SHARED = {"zenith": (("a", "b"), np.full((3, 4), 30.0)), "azimuth": ("b", np.arange(4) * 90.0)}
 GAPS = np.ma.masked_greater(np.where(np.eye(1, 6) > 0, 1e20, 1.0), 1e10)
 
 
@@ -242,6 +241,21 @@ def test_a_table_in_doubt_is_refused(given, message):
     sky.TabulatedSky(**good)
     with pytest.raises((sky.SceneError, ValueError), match=message):
         sky.TabulatedSky(**good | given)
+
+
+@pytest.mark.parametrize("shape", [(4, 3, 1), (4, 3)])
+def test_a_table_whose_wavelengths_stand_last_is_refused(shape):
+    with pytest.raises(sky.SceneError, match=r"radiances of shape \(1, n_zenith, n_azimuth\), got "):
+        sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones(shape))
+
+
+def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
+    made = field()
+    made[0, 2, 3] = np.nan
+    table = read(made)
+    assert any("1 of 84 directions have no value" in remark for remark in table.remarks)
+    seen = table.radiance(np.deg2rad(30.0), np.deg2rad(90.0), 440.0)
+    assert abs(seen / radiance(30, 90, 440.0) - 1) < 0.03
 
 
 def points(nm=NM, unit="100 mW m-2 nm-1 sr-1", n=150):
@@ -271,9 +285,6 @@ def test_points_of_their_own_wavelengths_are_the_sky_of_the_same_table(tmp_path)
     two = [field.assign_coords(wavelength=nm) for nm, field in made.groupby("wavelength")]
     each = xarray.concat([one.drop_vars("wavelength") for one in two], "band").assign_coords(wavelength=("band", NM))
     np.testing.assert_array_equal(read(each).values, table.values)
-
-
-def test_points_that_cannot_be_grouped_are_a_sentence():
     made = points()
     with pytest.raises(sky.SceneError, match="1 direction at 400 nm; a measured sky needs 3 or more"):
         read(made.assign_coords(wavelength=("point", np.linspace(400, 700, made.size), {"units": "nm"})))

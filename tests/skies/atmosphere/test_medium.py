@@ -22,11 +22,19 @@ def density(text, top_m=TOP_M):
     return NumberDensity(block=density_block(text), given=GIVEN, top_m=top_m)
 
 
-def test_the_ozone_of_the_reference_has_its_kinks_and_values():
+def test_columns_are_those_of_the_integral():
     ozone = density(OZONE)
     assert ozone.kinks().tolist() == OZONE_KINKS_M.tolist()
     altitude = np.concatenate([np.linspace(0, TOP_M, 1001), OZONE_KINKS_M, np.nextafter(OZONE_KINKS_M, 0)])
     np.testing.assert_allclose(ozone(altitude), atmospheres.ozone_profile(altitude), rtol=3e-15, atol=0)
+    assert column("return exp(-altitude/8000.);") == pytest.approx(-8000 * math.expm1(-15), rel=1e-12)
+    assert column("return exp(-altitude);") == pytest.approx(1.0, rel=1e-12)
+    assert column("return exp(-altitude/5.);", 1e6) == pytest.approx(5.0, rel=1e-11)
+    assert column("return 3.;") == pytest.approx(3 * TOP_M, rel=1e-14)
+    assert column("return altitude < 7777. ? 2. : 0.;") == pytest.approx(2 * 7777.0, rel=1e-12)
+    assert column("return abs(altitude - 90.0123*km) < 2. ? 1. : 0.;") == pytest.approx(4.0, rel=1e-9)
+    assert column("return 0.;") == 0.0
+    assert column(OZONE) == pytest.approx(370 * 2.687e20 * ozone_integral(), rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -83,17 +91,6 @@ def column(text, top_m=TOP_M):
     alone = {"scattering_m2": np.zeros(1), "absorption_m2": np.ones(1)}
     gas = Constituent(name="gas", number_density=one, kink_altitude_m=one.kinks(), **alone)
     return float(vertical_optical_depth(atmospheres.medium_of([gas], 550.0, top_m=top_m))[0, 0])
-
-
-def test_columns_are_those_of_the_integral():
-    assert column("return exp(-altitude/8000.);") == pytest.approx(-8000 * math.expm1(-15), rel=1e-12)
-    assert column("return exp(-altitude);") == pytest.approx(1.0, rel=1e-12)
-    assert column("return exp(-altitude/5.);", 1e6) == pytest.approx(5.0, rel=1e-11)
-    assert column("return 3.;") == pytest.approx(3 * TOP_M, rel=1e-14)
-    assert column("return altitude < 7777. ? 2. : 0.;") == pytest.approx(2 * 7777.0, rel=1e-12)
-    assert column("return abs(altitude - 90.0123*km) < 2. ? 1. : 0.;") == pytest.approx(4.0, rel=1e-9)
-    assert column("return 0.;") == 0.0
-    assert column(OZONE) == pytest.approx(370 * 2.687e20 * ozone_integral(), rel=1e-12)
 
 
 def ozone_integral():

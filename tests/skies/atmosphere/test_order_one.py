@@ -47,16 +47,6 @@ def test_flat_layer(tau, sun_deg):
     np.testing.assert_allclose(found[seen], expected[seen], rtol=1e-6)
 
 
-def test_two_flat_layers_of_different_air():
-    upper, lower = Layer(tau_rayleigh=0.3, tau_absorber=0.8), Layer(tau_hg=0.5, g=0.85, omega_hg=0.9)
-    sun, zenith, azimuth = np.radians(50.0), np.radians([20.0, 80.0]), np.array([0.5, 2.0])
-    found = scattered_once(atmospheres.plane_parallel([upper, lower]), sun, zenith, azimuth)[0]
-    mu0, mu = float(np.cos(sun)), np.cos(zenith)
-    above = 0.3 / 1.1 * one_layer(1.1, mu0, mu) * np.exp(-0.5 / mu)
-    below = 0.9 * one_layer(0.5, mu0, mu) * np.exp(-1.1 / mu0)
-    np.testing.assert_allclose(found, [above, below], rtol=1e-7)
-
-
 def compare(medium, cases_deg, rtol, cuts_m=CUTS_M):
     slow = SlowRays(medium, cuts_m)
     for sun, zenith, azimuth in np.radians(cases_deg).tolist():

@@ -102,7 +102,7 @@ def test_geometric_rest_is_what_more_orders_bring(depth, albedo):
     assert summed.irradiance_by_order.sum() == pytest.approx(counted.irradiance_by_order.sum(), rel=1e-6)
 
 
-def test_orders_stop_exactly():
+def test_orders_stop_exactly_and_scale_with_the_sun():
     zenith = np.deg2rad([10.0, 80.0])
     every = solve_layers(one_layer(0.5), 0.3, 0.8, zenith, n_listed=6)
     first = solve_layers(one_layer(0.5), 0.3, 0.8, zenith, n_orders=4, n_listed=2)
@@ -112,9 +112,25 @@ def test_orders_stop_exactly():
     assert np.all(each > 0.0)
     alone = solve_layers(one_layer(0.5), 0.3, 0.8, zenith, n_orders=1)
     np.testing.assert_array_equal(later_orders(alone.orders, AZIMUTH), 0.0)
+    factor, zenith = np.array([2.0, 0.5]), np.deg2rad([30.0, 85.0])
+    one = dataclasses.replace(atmospheres.molecules_only([400.0, 600.0], albedo=0.2), n_orders=ALL_ORDERS)
+    two = dataclasses.replace(one, toa_irradiance=factor)
+    first, second = (solve_flat(medium, 1.0, zenith, n_listed=2) for medium in (one, two))
+    np.testing.assert_allclose(by_order(second, AZIMUTH), factor[:, None, None, None] * by_order(first, AZIMUTH))
+    np.testing.assert_allclose(ground_irradiance(second), factor * ground_irradiance(first))
 
 
 def test_resolution_error_covers_a_finer_solution(monkeypatch):
+    medium = atmospheres.molecules_only(450.0, 0.2)
+    zenith = np.array([0.2, 1.4])
+
+    def found(n_directions):
+        return diffuse.solve_orders(dataclasses.replace(medium, least_angles=n_directions), 0.7, zenith).later_modes
+
+    np.testing.assert_array_equal(found(1600), found(0))  # 20 nodes are there in any case
+    assert np.any(found(1601) != found(0))
+    np.testing.assert_allclose(found(1601).sum(axis=1)[:, 0], found(0).sum(axis=1)[:, 0], rtol=1e-4)
+    assert [diffuse.least_nodes(n) for n in (0, 2**31 - 1)] == [0, 64]
     zenith = np.deg2rad([20.0, 70.0, 88.8])
     sky = solve_layers(one_layer(0.4), 0.0, 1.2, zenith).orders
     fine = diffuse.Resolution(n_mu=48, n_element=24, n_moments=3)
@@ -142,28 +158,6 @@ def test_a_uniform_glow_shows_the_optical_depth_of_every_line(medium):
     np.testing.assert_allclose(seen.T[~misses], 1.0, rtol=1e-12)
     from_ground = optical_depth_to_top(medium, 0.0, np.arccos(mu))[0]
     np.testing.assert_allclose(view.sum(axis=1), -np.expm1(-from_ground), rtol=1e-9)
-
-
-def test_irradiance_of_the_sun_scales_everything():
-    factor, zenith = np.array([2.0, 0.5]), np.deg2rad([30.0, 85.0])
-    one = dataclasses.replace(atmospheres.molecules_only([400.0, 600.0], albedo=0.2), n_orders=ALL_ORDERS)
-    two = dataclasses.replace(one, toa_irradiance=factor)
-    first, second = (solve_flat(medium, 1.0, zenith, n_listed=2) for medium in (one, two))
-    np.testing.assert_allclose(by_order(second, AZIMUTH), factor[:, None, None, None] * by_order(first, AZIMUTH))
-    np.testing.assert_allclose(ground_irradiance(second), factor * ground_irradiance(first))
-
-
-def test_a_wish_for_more_directions():
-    medium = atmospheres.molecules_only(450.0, 0.2)
-    zenith = np.array([0.2, 1.4])
-
-    def found(n_directions):
-        return diffuse.solve_orders(dataclasses.replace(medium, least_angles=n_directions), 0.7, zenith).later_modes
-
-    np.testing.assert_array_equal(found(1600), found(0))  # 20 nodes are there in any case
-    assert np.any(found(1601) != found(0))
-    np.testing.assert_allclose(found(1601).sum(axis=1)[:, 0], found(0).sum(axis=1)[:, 0], rtol=1e-4)
-    assert [diffuse.least_nodes(n) for n in (0, 2**31 - 1)] == [0, 64]
 
 
 SUN = np.deg2rad(40.0)

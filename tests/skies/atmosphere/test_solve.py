@@ -66,9 +66,6 @@ def test_orders_add_up_and_azimuths_mirror():
     np.testing.assert_allclose(found.radiance[..., 4], found.radiance[..., 5], rtol=1e-13)
     assert np.all(found.standard_error > 0)
     assert np.all(found.standard_error < 0.02 * found.radiance)
-
-
-def test_irradiances_and_truncation():
     few, most = (
         solve(AIR, sun_zenith_rad=SUN, sky_zenith_rad=[0.5], azimuth_from_sun_rad=[0.0], n_orders=n)
         for n in (3, MOST_LISTED + 16)

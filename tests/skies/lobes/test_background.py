@@ -45,14 +45,6 @@ def test_relative_times(reference, unix_s, days):
     assert animation([0.0], [1.0], reference, time_point_s=SATURDAY_2024_06_01).relative_days(unix_s) == days
 
 
-def test_midnight_is_local_with_an_offset():
-    one = animation([0.0], [1.0])
-    assert one.relative_days(SATURDAY_2024_06_01, utc_offset_h=2.0) == 2 / 24
-    assert one.relative_days(SATURDAY_2024_06_01 - 7200, utc_offset_h=2.0) == 0.0
-    sky = background(animation([0.0, 0.5], [0.0, 12.0]), utc_offset_h=-1.0)
-    assert sky.irradiance("a0", 2 * 3600.0, 400.0) == pytest.approx(1.0, rel=1e-15)
-
-
 def test_keys_fade_and_the_end_keys_hold():
     sky = background(animation([0.25, 0.5, 0.5, 0.75], [1.0, 3.0, 10.0, 20.0]))
     hours = np.array([0.0, 6.0, 9.0, 11.999999, 12.0, 15.0, 18.0, 23.0])
@@ -70,6 +62,11 @@ def test_keys_fade_and_the_end_keys_hold():
     for wrong in (400.0 * (1 - 2e-6), 700.1, np.nan):
         with pytest.raises(SceneError, match="outside"):
             sky.irradiance("a0", 0.0, wrong)
+    one = animation([0.0], [1.0])
+    assert one.relative_days(SATURDAY_2024_06_01, utc_offset_h=2.0) == 2 / 24
+    assert one.relative_days(SATURDAY_2024_06_01 - 7200, utc_offset_h=2.0) == 0.0
+    sky = background(animation([0.0, 0.5], [0.0, 12.0]), utc_offset_h=-1.0)
+    assert sky.irradiance("a0", 2 * 3600.0, 400.0) == pytest.approx(1.0, rel=1e-15)
 
 
 def test_radiance_integrates_to_the_irradiance_above_the_horizon():

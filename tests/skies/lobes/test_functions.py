@@ -11,6 +11,7 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.lobes import functions as lobes
 from tests.reference import lobes_exact
 from tests.reference.phase_exact import ulps
+from tests.support.fairness import turned
 from tests.support.shared import SHARED, csv_rows, needs_shared
 
 LOBES = SHARED / "lobes"
@@ -130,13 +131,9 @@ def test_rotations():
     assert lobes.to_local(q, lobes.to_world(q, m)) == pytest.approx(m, rel=1e-13, abs=1e-14)
 
 
-def tilted(cosine, turn=0.3):
+def tilted(cosine):
     """A quaternion whose axis has about this zenith cosine; the lobe is turned about its axis as well."""
-    half = np.arccos(np.clip(cosine, -1, 1)) / 2
-    spin = np.array([np.cos(turn), 0.0, 0.0, np.sin(turn)])
-    tilt = np.array([np.cos(half), np.sin(half), 0.0, 0.0])
-    w = tilt[0] * spin[0]
-    return np.array([w, tilt[1] * spin[0], -tilt[1] * spin[3], tilt[0] * spin[3]])
+    return np.array(turned(np.rad2deg(np.arccos(cosine)), roll_deg=35.0))
 
 
 AXES = (1.0, 0.7, 1e-3, 1e-9, 0.0, -1e-9, -1e-3, -0.3, -0.95, -1.0)

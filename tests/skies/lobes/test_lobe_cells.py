@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from aomc_sky.component import Component, Law
+from aomc_sky.component import Component
 from aomc_sky.skies.lobes.kernels import law as plain_lobe
 from aomc_sky.skies.lobes.law import LobeTables
 from tests.support.lobes import lobe_components
@@ -75,12 +75,6 @@ def test_extreme_words_give_directions():
         directions, bound = plain_lobe._fallen(None, first, second, np.full(first.size, lobe), tables)
         np.testing.assert_allclose(np.sqrt(sum(x * x for x in directions)), 1, atol=6e-16)
         assert np.all(-directions[2] <= bound * (1 + 1e-12))
-
-
-def test_component_shapes_are_checked():
-    (lobe,) = components(LOBES[:1])
-    with pytest.raises(ValueError, match="needs both shared and bounds"):
-        Component(name="x", law=Law.HG, strength=np.ones(1), mass=np.ones((1, 1)), cell=lobe.cell, shared=lobe.shared)
 
 
 def exact_begin(b, n, bits, offset):

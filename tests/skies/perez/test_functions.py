@@ -86,7 +86,7 @@ def test_luminance_at_the_horizon():
     assert zero == 0  # 0 times an infinite first factor
 
 
-def test_clearness_and_brightness():
+def test_clearness_brightness_and_their_limits():
     np.testing.assert_array_equal(perez.sky_clearness([0, 0, 5, -2], [50, 0, 0, 30], 0.5), [1, 1, np.inf, 1])
     z = np.deg2rad(60.0)
     assert perez.sky_clearness(600, 120, z) == pytest.approx(((120 + 600) / 120 + 1.041 * z**3) / (1 + 1.041 * z**3))
@@ -97,6 +97,14 @@ def test_clearness_and_brightness():
     assert closed_irradiances(ghi=500, dni=400, sun_zenith_deg=60.0)[1] == pytest.approx(300)
     assert closed_irradiances(ghi=200.0, dni=400 * (1 + 1e-13), sun_zenith_deg=60.0)[1] == 0
     assert closed_irradiances(ghi=500, dhi=100, sun_zenith_deg=60.0)[0] == pytest.approx(800)
+    gap = np.array([0.3, np.nan])
+    assert np.isnan(perez.sky_clearness([100, np.nan], 100, 0.5)).tolist() == [False, True]
+    values = perez.coefficients(2.0, gap, 0.5)
+    assert np.isnan(values).all(axis=1).tolist() == [False, True]
+    assert np.isfinite(values[0]).all()
+    floor = perez.limited([1.0, 1.0649, 1.065, 2.7999, 2.8, 20.0], 0.05)[1]
+    np.testing.assert_array_equal(floor, [0.05, 0.05, 0.2, 0.2, 0.05, 0.05])
+    np.testing.assert_array_equal(perez.limited([1.0, 20.0], [0.0, 3.0]), [[1.0, 12.01], [0.01, 0.6]])
 
 
 @pytest.mark.parametrize(
@@ -122,17 +130,6 @@ def test_what_the_model_refuses(call, words):
         call()
 
 
-def test_gaps_and_limits():
-    gap = np.array([0.3, np.nan])
-    assert np.isnan(perez.sky_clearness([100, np.nan], 100, 0.5)).tolist() == [False, True]
-    values = perez.coefficients(2.0, gap, 0.5)
-    assert np.isnan(values).all(axis=1).tolist() == [False, True]
-    assert np.isfinite(values[0]).all()
-    floor = perez.limited([1.0, 1.0649, 1.065, 2.7999, 2.8, 20.0], 0.05)[1]
-    np.testing.assert_array_equal(floor, [0.05, 0.05, 0.2, 0.2, 0.05, 0.05])
-    np.testing.assert_array_equal(perez.limited([1.0, 20.0], [0.0, 3.0]), [[1.0, 12.01], [0.01, 0.6]])
-
-
 @pytest.mark.parametrize(
     ("sun_deg", "values", "integral"),
     [  # mpmath in coordinates centred on the zenith, 25 digits, cut at the sun
@@ -146,16 +143,13 @@ def test_integral_against_many_digits(sun_deg, values, integral):
     assert perez.horizontal_integral(values, np.deg2rad(sun_deg)) == pytest.approx(integral, rel=1e-11)
 
 
-def test_integral_where_it_is_known():
+def test_integral_and_luminance_where_they_are_known():
     assert perez.horizontal_integral([0, 0, 0, 0, 0], 0.4) == pytest.approx(np.pi, rel=1e-15)
     assert perez.horizontal_integral([0.5, 0, 1, 0, 0], 1.3) == pytest.approx(3 * np.pi, rel=1e-12)
     # sun overhead, a = 0: 2 pi times the integral of exp(d x) sin x cos x
     d = -3.0
     known = np.pi + 2 * np.pi * 4 * (2 * (1 + np.exp(d * np.pi / 2))) / (2 * (4 + d * d))
     assert perez.horizontal_integral([0, -1, 4, d, 0], 0.0) == pytest.approx(known, rel=1e-12)
-
-
-def test_luminance_is_scaled_by_either_illuminance():
     sun, values = 0.7, perez.coefficients(5.0, 0.15, 0.7)
     overhead = perez.luminance(0.0, 0.0, sun, values, diffuse_illuminance=12000.0)
     of_diffuse = perez.luminance(0.9, 1.0, sun, values, diffuse_illuminance=12000.0)

@@ -267,14 +267,11 @@ def test_distance_between_the_centres_becomes_that_of_the_observer(zenith):
     assert placed({"zenith_deg": zenith, "distance_km": 365e3}).distance_m == 3.65e8
 
 
-def test_no_moon_without_a_place_and_none_without_a_distance():
+def test_no_moon_and_no_glow_without_their_numbers():
     assert placed({}) is None
     for of_report, message in (({}, "distance of the Moon is missing"), ({"moon_distance_m": 6e6}, "inside the earth")):
         with pytest.raises(SceneError, match=message):
             placed({"zenith_deg": 1.0}, **of_report)
-
-
-def test_luminance_times_spectrum():
     spectrum = np.array([2e-5, 1e-6])
     np.testing.assert_array_equal(glow_of_luminance(0.5, report(ground_glow=spectrum), "a"), 0.5 * spectrum)
     assert glow_of_luminance(0.0, report(), "a") is None

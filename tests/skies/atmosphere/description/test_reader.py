@@ -168,9 +168,6 @@ def test_problems_of_all_places_come_in_one_go(tmp_path):
         read_atmo(path)
     places = [(Path(p.path).name, p.line) for p in caught.value.problems]
     assert places == [("changed.atmo", 2), ("changed.atmo", 28), ("sun.csv", 2), ("sun.csv", 3)]
-
-
-def test_a_missing_file_is_told(tmp_path):
     assert codes_of(tmp_path / "none.atmo") == ["E100"]
     assert codes_of(tmp_path) == ["E100"]
     assert codes_of(changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file "))) == ["E401"]

@@ -71,9 +71,6 @@ def test_arrays_are_read_only_and_the_file_travels(tmp_path):
     again = pickle.loads(pickle.dumps(file))
     assert again.animations["a"].reference is ReferenceType.DIURNAL
     assert np.array_equal(again.curves, file.curves)
-
-
-def test_shapes_of_single_curves_and_quaternions(tmp_path):
     lobe = (1, 0.0, 0.0, 1.0, (1, 0, 0, 0), 0, -3.5)
     file = read(plain_file(tmp_path / "x.h5", lobes=[lobe], curves=CURVES[0], reference=(1, 2**63 + 5)))
     assert file.curves.shape == (1, 3)

@@ -58,10 +58,23 @@ def test_links_and_second_names_are_refused(name, tmp_path):
     assert refused(two_names) == ["E502"]
 
 
-def test_a_long_text_and_a_text_that_is_no_number(tmp_path):
+def test_texts_and_numbers_of_another_kind(tmp_path):
     for odd in ("one", np.array([1, 1]), 1.5):
         assert refused(changed(tmp_path, replaced("Info/FormatVersion", odd))) == ["E505"]
     assert len(read_background_file(changed(tmp_path, replaced("Info/Name", ["a" * 10**6]))).info.name) == 65_536
+
+    def change(file):
+        del file["Info/Author"], file["Info/FileType"]
+        file.create_group("Info/Author")
+        file["Info/FileType"] = "7"
+
+    with pytest.warns(InputWarning, match=r"warning\[E505\]: /Info/Author: expected one text; '' is used") as caught:
+        file = read_background_file(changed(tmp_path, change))
+    assert len(caught) == 1
+    assert file.info.file_type == 7
+    for odd in ("seven", [1, 2], 0.5, np.nan):
+        with pytest.warns(InputWarning, match=r"/Info/FileType: expected one whole number; 5 is used"):
+            assert read_background_file(changed(tmp_path, replaced("Info/FileType", odd))).info.file_type == 5
 
 
 LISTS = np.empty(2, object)
@@ -103,21 +116,6 @@ def test_what_only_informs_is_no_reason_to_refuse_a_file(name, place, tmp_path, 
     assert all("warning[E505]" in message for message in warned)
 
 
-def test_a_group_where_a_text_is_wanted_and_a_file_type_that_is_a_text(tmp_path):
-    def change(file):
-        del file["Info/Author"], file["Info/FileType"]
-        file.create_group("Info/Author")
-        file["Info/FileType"] = "7"
-
-    with pytest.warns(InputWarning, match=r"warning\[E505\]: /Info/Author: expected one text; '' is used") as caught:
-        file = read_background_file(changed(tmp_path, change))
-    assert len(caught) == 1
-    assert file.info.file_type == 7
-    for odd in ("seven", [1, 2], 0.5, np.nan):
-        with pytest.warns(InputWarning, match=r"/Info/FileType: expected one whole number; 5 is used"):
-            assert read_background_file(changed(tmp_path, replaced("Info/FileType", odd))).info.file_type == 5
-
-
 def test_limits_hold_for_what_only_informs(tmp_path):
     def bomb(file):
         del file["Info/Author"]
@@ -138,8 +136,6 @@ def test_what_is_no_file_is_not_waited_for(tmp_path):
         file.truncate(2**40)
     assert refused(tmp_path / "large.h5") == ["E503"]
 
-
-def test_many_small_links_cost_little(tmp_path):
     def change(file):
         group = file["LobeAnims/a"]
         for k in range(3000):
