@@ -200,20 +200,6 @@ def test_one_percent_uniform_in_zenith_angle(plan_only, method, dependence):
         plan_only.catches(named(report, "share uniform").p_value)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("method", "dependence"), [("stratified", Dependence.PLAN), ("iid", Dependence.INDEPENDENT)])
-@pytest.mark.parametrize("name", ["night_sky", "light_polluted", "overcast", "perez_sky", "atmosphere_sky"])
-def test_power_of_one_percent_over_scenes(plan_only, name, method, dependence):
-    """Lobes, whose photons lie in cells that zones cut, and skies of all kinds: two seeds each."""
-    made = scene_of(name, MANY)
-    for seed in range(2):
-        source = made.source(seed, method=method)
-        report = direction_report(source, dependence, uniform_in_zenith_angle(directions_of(source), 0.01, seed))
-        assert not report
-        if name == "night_sky":
-            plan_only.catches(named(report, "share uniform").p_value)
-
-
 def turned(directions, degrees):
     angle = np.deg2rad(degrees)
     turn = np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]])

@@ -139,18 +139,10 @@ def tilted(cosine):
 AXES = (1.0, 0.7, 1e-3, 1e-9, 0.0, -1e-9, -1e-3, -0.3, -0.95, -1.0)
 
 
-@pytest.mark.parametrize(
-    ("some", "weighting"),
-    [
-        (slice(0, None, 2), "plain"),
-        (slice(1, None, 2), "projected"),
-        pytest.param(slice(1, None, 2), "plain", marks=pytest.mark.slow),
-        pytest.param(slice(0, None, 2), "projected", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
 @pytest.mark.parametrize("g", [0.0, 1e-8, 0.3, 0.85])
-def test_hg_above_the_horizon(g, some, weighting):
-    for cosine in AXES[some]:
+def test_hg_above_the_horizon(g, weighting):
+    for cosine in AXES:
         quaternion = tilted(cosine)
         true = lobes_exact.hg_above(g, exact_rotation(quaternion)[2][2], weighting)
         got = float(lobes.mass_above_horizon("hg", g, 0.0, quaternion, weighting=weighting))
