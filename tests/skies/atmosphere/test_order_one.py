@@ -11,6 +11,7 @@ from aomc_sky.skies.atmosphere.eclipse import solve_order_one
 from aomc_sky.skies.atmosphere.medium import scatterers
 from aomc_sky.skies.atmosphere.optical_depth import density_profile
 from aomc_sky.skies.atmosphere.order_one import ray_panels, scattered_once, scattering_cosine
+from aomc_sky.skies.atmosphere.sky.solved import ExactOrderOne
 from tests.reference.spherical import SlowRays
 from tests.skies.atmosphere.reference_tables import MEDIA, column, grouped, needs_tables
 from tests.support import atmospheres
@@ -174,3 +175,16 @@ def test_the_tool(name, maker):
         np.testing.assert_allclose(found[keep], expected[keep], rtol=5e-3, atol=1e-5 * expected.max())
         n_rows += int(keep.sum())
     assert n_rows > 500
+
+
+def test_cells_are_the_solver():
+    once = ExactOrderOne(medium=full([400.0, 700.0]), sun_zenith_rad=np.radians(92.0))
+    zenith = np.radians([[0.0, 35.0], [70.0, 85.0]])
+    azimuth = np.radians(np.linspace(0.0, 170.0, 36)).reshape(18, 2)
+    ring, column = np.append(np.zeros(18, dtype=int), 1), np.append(np.arange(18), 7)
+    found = once.in_cells(zenith, azimuth, ring, column)
+    assert found.shape[2:] == (19, 2, 2)
+    for cell in (0, 11, 18):
+        theta, phi = np.meshgrid(zenith[ring[cell]], azimuth[column[cell]], indexing="ij")
+        true = once.at(theta.ravel(), phi.ravel()).reshape(found[:, :, cell].shape)
+        np.testing.assert_array_equal(found[:, :, cell], true)

@@ -13,7 +13,7 @@ from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top, vertic
 from aomc_sky.skies.atmosphere.scattering_orders import diffuse
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, source_functions
 from aomc_sky.skies.atmosphere.scattering_orders.orders import legendre_table, phase_moments
-from aomc_sky.skies.atmosphere.scattering_orders.paths import ShellPaths
+from aomc_sky.skies.atmosphere.scattering_orders.paths import ShellPaths, node_paths
 from aomc_sky.skies.atmosphere.scattering_orders.slab import altitude_grid, slabs_of_medium
 from aomc_sky.skies.atmosphere.sky.solve import solve
 from tests.support import atmospheres
@@ -234,6 +234,22 @@ def test_moments_of_phase_functions():
         steps = np.array([low - last, high - low])
         expected = 2.0 * np.pi * steps @ (values[0] - values[1]) / (2 * degree + 1)
         np.testing.assert_allclose(found[degree], expected, rtol=0.0, atol=1e-9)
+
+
+def test_a_line_that_turns_inside_an_element():
+    """What arrives of sources 1 and s, from this side of the lowest point and from beyond it, in closed form."""
+    share = np.array([[0.2, 0.4, 0.6, 0.8]])
+    crossed, below = np.full((4, 1, 1), 0.7), np.array([[0.6], [0.4], [0.1], [0.0]])
+    paths = node_paths(share, crossed, below, np.full((4, 1, 1), 0.65), np.full((4, 1), 10.0), np.array([[0.7]]))
+    assert paths.over is not None
+    np.testing.assert_allclose(paths.up.sum(axis=2)[0, :3], -np.expm1(-below[:3, 0]), rtol=1e-12)
+    both = (paths.up + paths.over).sum(axis=2)[0, :3]
+    np.testing.assert_allclose(both, -np.expm1(-(below[:3, 0] + 0.7)), rtol=1e-12)
+    start, near = share[0, :3], below[:3, 0]
+    from_here = start * -np.expm1(-near) + (0.65 - start) / near * (1 - (1 + near) * np.exp(-near))
+    beyond = 0.65 * np.exp(-near) * (-np.expm1(-0.7) - (1 - 1.7 * np.exp(-0.7)) / 0.7)
+    np.testing.assert_allclose((paths.up @ share[0])[0, :3], from_here, rtol=1e-11)
+    np.testing.assert_allclose((paths.over @ share[0])[0, :3], beyond, rtol=1e-11)
 
 
 @pytest.mark.parametrize("medium", [atmospheres.full([450.0, 600.0]), atmospheres.mol_ozone([550.0])])

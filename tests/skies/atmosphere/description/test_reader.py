@@ -132,6 +132,15 @@ def test_warnings_name_what_is_odd(tmp_path):
         assert any(piece in str(warning.message) for warning in caught)
 
 
+def test_a_link_to_the_description_shows_the_tables_beside_the_link(tmp_path):
+    """A path counts from the name that the user gave, as everywhere on a Unix system."""
+    (tmp_path / "real").mkdir()
+    (tmp_path / "real" / "sun.csv").write_text("300,1\n800,1\n")
+    changed(tmp_path / "real", ("1.5, 1.9, 1.7, 1.4", "file sun.csv"))
+    (tmp_path / "link.atmo").symlink_to("real/changed.atmo")
+    assert codes_of(tmp_path / "link.atmo") == ["E402"]
+
+
 PARTS = ("..", ".", "", "home", "inside", "outside", "out", "in", "up", "t.csv", "s.csv", "link.csv")
 
 
