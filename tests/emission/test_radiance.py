@@ -127,6 +127,18 @@ def test_maps_of_tables_hold_their_light(name, options):
         assert one[:180].astype(float).sum(axis=1) @ PIXEL_SR == pytest.approx(expected[0], rel=1e-6)
 
 
+def test_datasets_carry_radiance_and_wavelengths():
+    pytest.importorskip("xarray")
+    scene = day()
+    data = sky.to_xarray(scene.source())
+    assert data.radiance.attrs["units"] == "W m-2 sr-1 nm-1"
+    one = data.swap_dims(waveband="wavelength").radiance.sel(wavelength=555.0)
+    exact = scene.radiance(1, sky_zenith_deg=one.zenith.values[:, None], sky_azimuth_deg=one.azimuth.values)
+    np.testing.assert_allclose(one[5:], exact[5:], rtol=1e-2)  # the zenith's ring is all around in one patch
+    area = scene.source().grid.projected_solid_angle_sr
+    assert one.values.ravel() @ area == pytest.approx(scene.irradiance.of_component[1, 1], rel=1e-9)
+
+
 def test_functions_have_their_radiance_in_directions_and_pixels():
     """Photons follow a function inside patches, and so does its radiance: to the second order of a patch."""
     from aomc_sky.outputs.envmap import maps

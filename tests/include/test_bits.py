@@ -1,6 +1,7 @@
 """Photons of aomc_sky.h are those of the package, bit for bit: every law, order, placement, precision, and flags."""
 
 import itertools
+import re
 import shutil
 
 import numpy as np
@@ -96,6 +97,15 @@ def test_a_disc_that_no_try_hits_ends(precision):
     assert driver.fill(0, rows) == 2
     assert same_bits(rows, made[0])
     assert same_bits(driver.at(np.arange(2), emitter.dtype)[0][:3], made[0])
+
+
+def test_the_constants_of_the_header_are_those_of_the_package():
+    package = REPOSITORY / "src" / "aomc_sky"
+    texts = "".join(path.read_text() for path in [package / "directions.py", *package.glob("**/arithmetic/*.py")])
+    known = {float(number) for number in re.findall(r"\d+\.\d{6,}(?:e[+-]?\d+)?", texts)}
+    known |= {2.0**-k for k in (11, 24, 30, 52, 53)} | {1 - 2.0**-24, 1 - 2.0**-53}
+    header = (include_dir() / "aomc_sky.h").read_text()
+    assert [x for x in re.findall(r"\d+\.\d{6,}(?:e[+-]?\d+)?", header) if float(x) not in known] == []
 
 
 @pytest.mark.parametrize(

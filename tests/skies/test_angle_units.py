@@ -68,10 +68,6 @@ def test_both_units_make_one_model(name):
     given = MODELS[name] if angle in MODELS[name] else in_radians(MODELS[name])
     changed = dataclasses.replace(by_degrees, **{angle: np.multiply(given[angle], 0.5).tolist()})
     np.testing.assert_allclose(getattr(changed, angle), 0.5 * np.asarray(getattr(by_degrees, angle)))
-
-
-@pytest.mark.parametrize("name", MODELS)
-def test_both_at_once_and_none_are_refused(name):
     for twice in (one for one in MODELS[name] if one.endswith("_deg")):
         with pytest.raises(sky.UsageError, match=r"^\w+ and \w+ are one angle: give one of them$"):
             CALLABLES[name](**{**MODELS[name], twice[:-4] + "_rad": 0.1})

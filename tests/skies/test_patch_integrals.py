@@ -45,17 +45,13 @@ def test_smooth_radiances(shape, radiance, antiderivative):
 
 
 @pytest.mark.parametrize("shape", GRIDS)
-def test_a_constant_is_exact_to_the_bit(shape):
+def test_constants_and_jumps(shape):
     grid = sky.PatchGrid.regular(*shape)
     result = integrate_patches(lambda z, a: np.full(z.shape, 0.3), grid)
     np.testing.assert_array_equal(result.mass, 0.3 * grid.projected_solid_angle_sr)
     assert not result.slope.any()
     assert (result.error, *result[3:]) == (0.0, 0.0, 0.0, 0.0)
-
-
-@pytest.mark.parametrize("shape", GRIDS)
-def test_jumps_are_closed_in_by_halving(shape):
-    """A step in azimuth and one in zenith angle, neither at an edge of a patch."""
+    # A step in azimuth and one in zenith angle, neither at an edge of a patch.
     grid = sky.PatchGrid.regular(*shape)
     in_azimuth = integrate_patches(lambda z, a: (a < 1.0) + 0.0, grid)
     assert abs(in_azimuth.mass.sum() / 0.5 - 1) < 1e-10

@@ -70,10 +70,15 @@ def test_error_bars_of_the_mean_of_1_over_mu(plan, method, least):
 
 
 @pytest.mark.slow
-def test_errors_keep_their_bars():
+def test_stratified_errors_keep_their_bars():
     """At 1e6 photons over 64 replicates the ratio of two errors is known to 12 %; the bars leave a factor of two."""
     bars = error_bars(CheckSizes())
     assert [bar.name for bar in bars if not bar.is_kept] == []
+    lines = shown_biases()
+    assert len(lines) == 4
+    few = next(line for line in lines if "largest remainder" in line and " 10000 " in line)
+    assert abs(float(few.split("planar ")[1].split(" %")[0])) > 1
+    assert np.all(["%" in line for line in lines])
 
 
 @pytest.mark.slow
@@ -86,12 +91,3 @@ def test_a_shift_that_all_seeds_share_breaks_a_bar():
     independent = [tallied(sky.scene(10**6).source(seed=seed, method="iid")) for seed in range(1, 9)]
     iid, good, bad = (error_of(values, truth)[0]["planar"] for values in (independent, found, shifted))
     assert iid / good > 40 > iid / bad
-
-
-@pytest.mark.slow
-def test_biases_of_rounding_without_chance_are_shown():
-    lines = shown_biases()
-    assert len(lines) == 4
-    few = next(line for line in lines if "largest remainder" in line and " 10000 " in line)
-    assert abs(float(few.split("planar ")[1].split(" %")[0])) > 1
-    assert np.all(["%" in line for line in lines])

@@ -211,18 +211,14 @@ def test_roulette_leaves_paths_of_thin_air_alone():
 
 
 @pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
-def test_directions_that_no_path_lit_have_an_error_of_all_their_light():
+def test_errors_and_shares_of_all_light():
     """It was 0 % where more than half of the directions had no light, below the warning of 95 % at a higher sun."""
     medium = molecules_only(450.0)
     errors = [path_orders(medium, np.radians(z), RINGS, 4, n_listed=4, n_paths=16).resolution_error for z in (92, 97)]
     assert 0.5 < errors[0] <= errors[1] == 1.0
     dark = dataclasses.replace(medium, toa_irradiance=np.zeros(1))
     assert path_orders(dark, np.radians(92), RINGS, 4, n_listed=4, n_paths=16).resolution_error == 0.0
-
-
-@pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
-def test_the_orders_left_out_are_a_share_of_all_light():
-    """Under the Moon's shadow order 2 is far above order 1: the share that was stated was 61."""
+    # Under the Moon's shadow order 2 is far above order 1: the share that was stated was 61.
     sun = np.radians(40.0)
     medium = dataclasses.replace(molecules_only(450.0), sun_angular_radius_rad=4.65e-3)
     moon = Moon(zenith_rad=sun, distance_m=3.6e8)

@@ -102,7 +102,7 @@ def test_shells_are_thin_beside_the_scale_height(top_m):
 
 
 @needs_tables
-def test_reference_slant_depths():
+def test_reference_slant_depths_and_beams():
     table = rows("spherical_direct.csv")
     for row in table:
         ozone = () if row["case"] == "rayleigh" else (0.0, float(row["ozone_cross_section_m2"]))
@@ -111,6 +111,12 @@ def test_reference_slant_depths():
         assert abs(depth / float(row["tau_slant"]) - 1) < 1e-9
         assert abs(vertical_optical_depth(medium).sum() / float(row["tau_vertical"]) - 1) < 1e-9
     assert len(table) == 40
+    table = rows("spherical_flux.csv")
+    for row in table:
+        medium = MEDIA[row["case"]](float(row["wavelength_nm"]))
+        found = ground_beam(medium, np.radians(float(row["sza_deg"]))).irradiance[0]
+        assert found == pytest.approx(float(row["E_direct"]), rel=1e-8, abs=1e-16)
+    assert len(table) == 45
 
 
 RADIUS_RAD = np.radians(0.2666)
@@ -129,13 +135,3 @@ def test_the_beam_at_the_ground():
     assert found[2:].tolist() == [0.0] * 4
     assert np.isfinite(ground_beam(exponential(0.1), np.pi / 2).optical_depth[0])
     assert np.isinf(ground_beam(exponential(0.1), np.radians(90.001)).optical_depth[0])
-
-
-@needs_tables
-def test_reference_direct_irradiance():
-    table = rows("spherical_flux.csv")
-    for row in table:
-        medium = MEDIA[row["case"]](float(row["wavelength_nm"]))
-        found = ground_beam(medium, np.radians(float(row["sza_deg"]))).irradiance[0]
-        assert found == pytest.approx(float(row["E_direct"]), rel=1e-8, abs=1e-16)
-    assert len(table) == 45

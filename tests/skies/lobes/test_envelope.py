@@ -75,6 +75,19 @@ def test_no_light_is_left_out(case):
     assert lit.any()
 
 
+@pytest.mark.parametrize("kind", ["hg", "ggx", "beckmann"])
+def test_lobes_that_are_made_together_are_those_made_alone(kind):
+    cases = [(shape, zenith_deg) for shape, zenith_deg in EVERY[::5] if shape[0] == kind]
+    found = [(case, alone) for case in cases if (alone := envelope(*case)) is not None]
+    assert len(found) > 10
+    for some in (found, found[::-1], found[3:7]):
+        together = envelopes_of([frame for _, (frame, *_) in some])
+        for (_, (_, cells, total, _)), (batch_cells, batch_total) in zip(some, together, strict=True):
+            assert cells.tobytes() == batch_cells.tobytes()
+            assert total == batch_total
+    assert envelopes_of([]) == []
+
+
 def test_a_shifted_bound_would_be_seen():
     frame, cells, _, _ = envelope(("ggx", 0.3, 0.3), 60.0)
     a, b, psi, bound = places(cells, np.random.default_rng(1))

@@ -6,7 +6,8 @@ import numba
 import numpy as np
 import pytest
 
-from aomc_sky.component import Component
+from aomc_sky.component import Component, Law
+from aomc_sky.kernels.jit import shared
 from aomc_sky.skies.lobes.kernels import law as plain_lobe
 from aomc_sky.skies.lobes.law import LobeTables
 from tests.support.lobes import lobe_components
@@ -77,6 +78,12 @@ def test_extreme_words_give_directions():
         assert np.all(-directions[2] <= bound * (1 + 1e-12))
 
 
+def test_component_shapes_are_checked():
+    (lobe,) = components(LOBES[:1])
+    with pytest.raises(ValueError, match="needs both shared and bounds"):
+        Component(name="x", law=Law.HG, strength=np.ones(1), mass=np.ones((1, 1)), cell=lobe.cell, shared=lobe.shared)
+
+
 def exact_begin(b, n, bits, offset):
     """Photons of a lobe before bin b, in Python's integers: floor(n b / 2^m + offset)."""
     unit = bits + plain_lobe.OFFSET_BITS
@@ -93,7 +100,7 @@ def falls_of(n, bits, offset, before):
     return (*proposals, *lines)
 
 
-@numba.njit
+@shared
 def _single(rank, before, each, rest, offset, bits, bins_per_photon, begin):
     return plain_lobe.bin_of_rank(rank, before, each, rest, offset, bits, bins_per_photon, begin)
 

@@ -1,7 +1,11 @@
 """Patch masses of the Perez sky by two routes, at every special place of the sun; bounds that hold at every point."""
 
+import dataclasses
+
 import numpy as np
 import pytest
+
+import aomc_sky as sky
 
 from aomc_sky.component import Law
 from aomc_sky.grid import PatchGrid
@@ -90,3 +94,17 @@ def test_every_point_lies_between(case, shape):
         area = grid.projected_solid_angle_sr
         assert area @ upper[:, 0, 0] <= 1.04 * (area @ value.max(axis=(1, 2)))
         assert area @ lower[:, 0, 0] >= 0.96 * (area @ value.min(axis=(1, 2)))
+
+
+def test_two_skies_with_exact_cells_are_refused():
+    """Each way that the sentences name is a scene."""
+    bands, model = {"wavebands": [500.0], "n_photons": 10}, PerezSky(sun_zenith_rad=0.7, epsilon=8.0, delta=0.1)
+    one = model.lower(500)[0]
+    with pytest.raises(sky.SceneError, match=r"names must differ, got .* name="):
+        sky.Scene(**bands, components=(one, one))
+    with pytest.raises(sky.SceneError, match=r"'perez' and 'second' are of law PEREZ, of which a scene can have one"):
+        sky.Scene(**bands, components=(one, dataclasses.replace(one, name="second")))
+    (flat,) = dataclasses.replace(model, within="uniform", sun_zenith_deg=None, sun_azimuth_deg=None).lower(500)
+    other = sky.FunctionSky(model.radiance, name="third", strength=1.0)
+    for more in (dataclasses.replace(flat, name="second"), *other.lower(500)):
+        assert sky.Scene(**bands, components=(one, more)).source().total == 10
