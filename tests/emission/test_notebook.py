@@ -43,6 +43,13 @@ def test_without_matplotlib_it_says_what_to_install(monkeypatch):
     assert "<img" not in html
 
 
+def test_scene_plot_is_plot(tmp_path):
+    pytest.importorskip("matplotlib")
+    SCENE.plot(tmp_path / "a.png", bands=[1], size_px=400)
+    sky.plot(SCENE, tmp_path / "b.png", bands=[1], size_px=400)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
 def test_photons_one_by_one():
     day = {"wavebands": [440, 550, 670], "n_photons": [300, 100, 0], "components": "overcast"}
     source = sky.Scene(**day, footprint=sky.Footprint.circle(2.0)).source(seed=4)

@@ -216,3 +216,14 @@ def test_a_grid_is_a_grid(grid):
     ):
         with pytest.raises(sky.UsageError, match=r"expected a PatchGrid, got .*; write grid=sky.PatchGrid"):
             model()
+
+
+def test_a_picture_takes_one_wavelength_and_two_angles():
+    pytest.importorskip("matplotlib")
+    with pytest.raises(sky.UsageError, match="wavelength_nm must be one number"):
+        sky.plot(sky.OvercastSky(), wavelength_nm=[440.0, 550.0])
+    for sun in (40.0, [40.0], [[40.0, 0.0]]):
+        with pytest.raises(sky.UsageError, match="sun_deg must be two numbers, zenith angle and azimuth, got"):
+            sky.plot(sky.OvercastSky(), sun_deg=sun)
+    with pytest.raises(sky.SceneError, match="masked"):
+        sky.plot(np.ma.masked_array(np.ones((2, 4)), mask=np.eye(2, 4)))

@@ -115,3 +115,10 @@ def test_what_readers_give_compares_and_is_short():
     assert sky.read_atmo(atmosphere) != sky.read_atmo(INPUTS / "atmosphere_sky" / "clear.atmo")
     assert len(repr(sky.read_atmo(atmosphere))) < 900
     assert Irradiance(of_component=np.ones((300, 2))) == Irradiance(of_component=np.ones((300, 2)))
+
+
+def test_positions_of_the_sun_compare():
+    pytest.importorskip("pvlib")
+    day = np.datetime64("2026-06-21T00:00") + np.arange(24) * np.timedelta64(1, "h")
+    assert sky.sun_position(day, 43.0, 7.0) == sky.sun_position(day, 43.0, 7.0)
+    assert sky.sun_position(day, 43.0, 7.0) != sky.sun_position(day, 44.0, 7.0)

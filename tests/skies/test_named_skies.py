@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from tests.support.scenes import copy_scene
 
 
 def test_the_overcast_sky():
@@ -94,6 +95,18 @@ def test_the_general_skies_of_the_cie(number):
     source = sky.Scene(wavebands=[550.0], n_photons=100_000, components=model).source(seed=3)
     assert source.exact_moments(0).mean_mu == pytest.approx(expected, rel=2e-6)
     assert -source.photons(0).uz.astype(float).mean() == pytest.approx(expected, rel=3e-4)
+
+
+def test_a_cie_sky_of_a_scene_of_files_has_a_type(tmp_path):
+    amc = copy_scene("sun_and_sky", tmp_path)
+    with pytest.raises(sky.UsageError, match=r'needs type; write sky_options=\{"type": '):
+        sky.read_scene(amc, sky="cie")
+    by_option = sky.read_scene(amc, sky="cie", sky_options={"type": 8})
+    (amc.parent / "sky.toml").write_text('[sky]\nmodel = "cie"\ntype = 8\n')
+    assert sky.read_scene(amc).components == by_option.components
+    (amc.parent / "sky.toml").write_text('[sky]\nmodel = "cie"\ntype = 16\n')
+    with pytest.raises(sky.InputFileError, match=r"sky\.toml:3:8.*whole number from 1 to 15, got 16"):
+        sky.read_scene(amc)
 
 
 def test_defaults_and_refusals():

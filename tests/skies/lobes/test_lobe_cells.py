@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.component import Component, Law
+from aomc_sky.errors import SceneError
 from aomc_sky.kernels.jit import shared
 from aomc_sky.skies.lobes.kernels import law as plain_lobe
 from aomc_sky.skies.lobes.law import LobeTables
@@ -76,6 +77,11 @@ def test_extreme_words_give_directions():
         directions, bound = plain_lobe._fallen(None, first, second, np.full(first.size, lobe), tables)
         np.testing.assert_allclose(np.sqrt(sum(x * x for x in directions)), 1, atol=6e-16)
         assert np.all(-directions[2] <= bound * (1 + 1e-12))
+
+
+def test_a_lobe_has_no_centre():
+    with pytest.raises(SceneError, match="lobe 0"):
+        scene(components(), 10).source(placement="centre")
 
 
 def test_component_shapes_are_checked():

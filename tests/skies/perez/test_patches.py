@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-
 from aomc_sky.component import Law
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.perez import functions as perez

@@ -129,6 +129,11 @@ def test_what_is_refused(arguments, error, words):
         PerezSky(**{"sun_zenith_rad": 0.3, **arguments})
 
 
+def test_points_are_no_patches():
+    with pytest.raises(SceneError, match="points or lines"):
+        PerezSky(**CLEAR).patch_mass(PatchGrid.lattice(5, 8))
+
+
 def test_a_scene_without_the_beam_that_its_sky_knows_says_what_is_missing():
     from aomc_sky import DirectBeam, Scene
 
