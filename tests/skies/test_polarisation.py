@@ -8,7 +8,7 @@ from scipy.integrate import dblquad
 
 import aomc_sky as sky
 from tests.support.shared import INPUTS
-from tests.support.stokes import DEFECTS, scattered_once, travel_of
+from tests.support.stokes import DEFECTS, frame_of, scattered_once, travel_of
 
 SUNS = [(0.0, 0.0), (0.3, 0.0), (0.9, 2.0), (1.5, -1.0), (np.pi / 2, 4.0)]
 FULL = sky.RayleighPattern(max_degree=1.0)
@@ -121,6 +121,23 @@ def test_rows_of_wavelengths():
     assert np.abs(source.stokes(0) - source.stokes(1)).max() > 1e-3
     with pytest.raises(sky.SceneError, match="where the sun is"):
         dataclasses.replace(field, sun=None)
+
+
+def test_rotation_to_the_scattering_plane():
+    """By the formulas of docs/conventions.md single scattering has q' = -degree and u' = 0 there, whatever the sun."""
+    zenith, azimuth = directions()
+    sun = (0.8, 1.3)
+    travel, incident = travel_of(zenith, azimuth), travel_of(np.array(sun[0]), np.array(sun[1]))
+    l_axis, r_axis = frame_of(travel)
+    other = incident - (travel @ incident)[:, None] * travel
+    other /= np.linalg.norm(other, axis=1, keepdims=True)
+    cosine, sine = (l_axis * other).sum(axis=1), (r_axis * other).sum(axis=1)
+    twice = cosine**2 - sine**2, 2 * sine * cosine
+    q, u = pattern(zenith, azimuth, sun)
+    cosine = travel @ incident
+    degree = (1 - cosine**2) / (1 + cosine**2)
+    np.testing.assert_allclose(q * twice[0] + u * twice[1], -degree, atol=1e-12)
+    np.testing.assert_allclose(u * twice[0] - q * twice[1], 0.0, atol=1e-12)
 
 
 def test_light_of_a_glowing_ground_is_not_polarised_around_the_sun():

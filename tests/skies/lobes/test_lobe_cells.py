@@ -79,12 +79,9 @@ def test_extreme_words_give_directions():
         assert np.all(-directions[2] <= bound * (1 + 1e-12))
 
 
-def test_a_lobe_has_no_centre():
+def test_a_lobe_has_bounds_and_no_centre():
     with pytest.raises(SceneError, match="lobe 0"):
         scene(components(), 10).source(placement="centre")
-
-
-def test_component_shapes_are_checked():
     (lobe,) = components(LOBES[:1])
     with pytest.raises(ValueError, match="needs both shared and bounds"):
         Component(name="x", law=Law.HG, strength=np.ones(1), mass=np.ones((1, 1)), cell=lobe.cell, shared=lobe.shared)

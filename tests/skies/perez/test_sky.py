@@ -59,6 +59,8 @@ def test_masses_are_the_integrated_radiance():
     np.testing.assert_allclose(mass, share, rtol=2e-5)
     part = PatchGrid(zenith_bounds_deg=np.array([[0.0, 45.0]]), azimuth_bounds_deg=np.array([[0.0, 360.0]]))
     assert sky.patch_mass(part)[0] == pytest.approx(sky.patch_mass(PatchGrid.regular(2, 1))[0], rel=1e-11)
+    with pytest.raises(SceneError, match="points or lines"):
+        PerezSky(**CLEAR).patch_mass(PatchGrid.lattice(5, 8))
 
 
 def test_no_diffuse_light():
@@ -127,11 +129,6 @@ def test_a_sky_without_light_is_an_error(coefficients):
 def test_what_is_refused(arguments, error, words):
     with pytest.raises(error, match=words):
         PerezSky(**{"sun_zenith_rad": 0.3, **arguments})
-
-
-def test_points_are_no_patches():
-    with pytest.raises(SceneError, match="points or lines"):
-        PerezSky(**CLEAR).patch_mass(PatchGrid.lattice(5, 8))
 
 
 def test_a_scene_without_the_beam_that_its_sky_knows_says_what_is_missing():
