@@ -167,6 +167,13 @@ def test_errors_are_those_of_each_direction(monkeypatch):
     assert share.max() > 3.0 * share.min()  # the dark side of the horizon is known far worse than the glow
 
 
+def test_two_suns_have_numbers_of_their_own():
+    zenith, azimuth = np.radians([60.0]), np.zeros(1)
+    one, two = (solve_module.directed_paths(sky_of(sun), zenith, azimuth) for sun in (1.2, np.nextafter(1.2, 2.0)))
+    later = [found.radiance_by_order[0, 1:, 0].sum() for found in (one, two)]
+    assert 1e-5 < abs(later[0] / later[1] - 1.0) < 0.05
+
+
 @pytest.mark.parametrize(("turn", "moon_deg"), [(2 * np.pi, None), (-2 * np.pi, 0.5)])
 def test_the_error_of_a_direction_is_that_of_its_nearest_node(turn, moon_deg):
     """Left and right are one sky, unless a Moon stands beside the sun."""
