@@ -71,9 +71,6 @@ def test_examples_are_of_the_registered_models():
     assert set(EXAMPLES) == set(SKY_MODELS)
     for name, k in INSTANCES:
         assert isinstance(instance(name, k), sky_model(name))
-
-
-def test_unknown_models_are_named():
     with pytest.raises(sky.UsageError, match=", ".join(sorted(SKY_MODELS))):
         sky_model("perez-1993")
 
@@ -159,7 +156,7 @@ def test_every_model_takes_its_share(model):
         dataclasses.replace(model, strength=[1.0, 2.0, 3.0]).lower([450.0, 550.0])
 
 
-def test_what_is_no_table():
+def test_what_is_no_table_and_no_beam():
     for nm, values, error, words in (
         ([500], np.ones((1, 39)), ValueError, "40"),
         ([500, 600], np.ones((1, 40)), ValueError, "first axis"),
@@ -167,22 +164,10 @@ def test_what_is_no_table():
     ):
         with pytest.raises(error, match=words):
             sky.TabulatedSky(wavelength_nm=nm, values=values, grid=GRID)
-
-
-@pytest.mark.parametrize(
-    ("zenith", "azimuth", "radius"),
-    [
-        (90, 0, 0),
-        (-1, 0, 0),
-        (np.nan, 0, 0),
-        (91, 0, 0.3),
-        (10, np.inf, 0),
-        *((10, 0, r) for r in (11, 10.001, -1e-3, np.nan)),
-    ],
-)
-def test_beams_that_shine_from_below(zenith, azimuth, radius):
-    with pytest.raises(sky.SceneError):
-        sky.DirectBeam(sun_zenith_deg=zenith, sun_azimuth_deg=azimuth, radius_deg=radius)
+    beams = [(90, 0, 0), (-1, 0, 0), (np.nan, 0, 0), (91, 0, 0.3), (10, np.inf, 0)]
+    for zenith, azimuth, radius in (*beams, *((10, 0, r) for r in (11, 10.001, -1e-3, np.nan))):
+        with pytest.raises(sky.SceneError):
+            sky.DirectBeam(sun_zenith_deg=zenith, sun_azimuth_deg=azimuth, radius_deg=radius)
 
 
 def test_components_are_checked():
@@ -194,6 +179,9 @@ def test_components_are_checked():
         for name, value in changes.items():
             with pytest.raises(error, match=words):
                 sky.Component(**{**good, name: value})
+    with pytest.raises(sky.SceneError, match="at a wavelength where it is dark"):
+        sky.FunctionSky(lambda z, a, w: max(w - 500.0, 0.0), strength=1.0).lower([450.0, 550.0])
+    assert sky.Scene(wavebands=[500.0], n_photons=10, components=lobe_sky(TILTED)).irradiance is not None
 
 
 UNIFORM, BEAM = sky.UniformSky(), sky.DirectBeam(sun_zenith_deg=30.0)
@@ -215,12 +203,6 @@ def test_models_without_shares_are_refused_not_halved(components, message):
         sky.Scene(wavebands=[500.0], n_photons=10, components=components)
 
 
-def test_a_function_that_is_dark_has_no_share():
-    with pytest.raises(sky.SceneError, match="at a wavelength where it is dark"):
-        sky.FunctionSky(lambda z, a, w: max(w - 500.0, 0.0), strength=1.0).lower([450.0, 550.0])
-    assert sky.Scene(wavebands=[500.0], n_photons=10, components=lobe_sky(TILTED)).irradiance is not None
-
-
 def test_scenes_are_checked():
     bands = [500.0, 600.0]
     beam = sky.DirectBeam(sun_zenith_deg=10).lower([500.0, 600.0])
@@ -239,3 +221,19 @@ def test_scenes_are_checked():
     with pytest.raises(sky.SceneError, match="waveband 2 at 600 nm"):
         sky.Scene(wavebands=bands, n_photons=10, components=(dark,)).source()
     assert sky.Scene(wavebands=bands, n_photons=[10, 0], components=(dark,)).source().total == 10
+
+
+@pytest.mark.parametrize("zenith_deg", [0.0, 50.0, 89.0, 89.9999, 89.99995, 90.0])
+@pytest.mark.parametrize("radius_deg", [1e-4, 1.23e-4, 0.0077])
+def test_small_discs_have_photons(zenith_deg, radius_deg):
+    beam = sky.DirectBeam(sun_zenith_deg=zenith_deg, radius_deg=radius_deg)
+    batch = sky.Scene(wavebands=[550.0], n_photons=1000, components=beam).source(precision="float64").photons(0)
+    assert np.all(batch.uz < 0)
+    found = np.rad2deg(np.arctan2(-batch.ux, -batch.uz))
+    assert abs(found - zenith_deg).max() < 1.001 * radius_deg + 1e-12
+
+
+@pytest.mark.parametrize(("zenith_deg", "radius_deg"), [(90, 1e-6), (89.9999999, 1e-6), (90, 9.9e-5)])
+def test_a_disc_that_is_too_small_for_the_horizon_to_cut(zenith_deg, radius_deg):
+    with pytest.raises(sky.SceneError, match=f"0.0001 degrees or more, got radius_deg {radius_deg:g} at the zenith"):
+        sky.DirectBeam(sun_zenith_deg=zenith_deg, radius_deg=radius_deg)

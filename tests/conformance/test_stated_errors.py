@@ -434,13 +434,8 @@ def power(x, ten_thousandths):
     return np.where((true > 1e-290) & (true < 1e290), ulps(coefficients.power(x, p), true), 0)
 
 
-COEFFICIENTS = (
-    uniform(-3.0, 5.0),
-    uniform(-4.0, -1e-6),
-    uniform(-5.0, 60.0),
-    uniform(-10.0, -1e-2),
-    uniform(-1.0, 2.0),
-)
+ENDS = ((-3.0, 5.0), (-4.0, -1e-6), (-5.0, 60.0), (-10.0, -1e-2), (-1.0, 2.0))
+COEFFICIENTS = tuple(uniform(*ends) for ends in ENDS)
 
 
 @claim(2e-15, uniform(0.0, 1.5707), uniform(-np.pi, np.pi), uniform(0.0, np.pi / 2), *COEFFICIENTS)

@@ -35,9 +35,6 @@ def test_ends_and_wrong_arguments():
             fill(start, array)
     with pytest.raises(IndexError, match="bands run from 0 to 1"):
         source("table").numba_sampler(2)
-
-
-def test_a_band_without_photons():
     sampler = source("table", [0, 5]).numba_sampler(0)
     with pytest.raises(IndexError):
         sampler.sample(0)
@@ -93,16 +90,13 @@ def test_tables_outlive_the_sampler():
     assert all(loop(i) == tuple(wanted[:, i]) for i in range(100))
 
 
-def test_a_sampler_is_made_again_in_another_process():
+def test_a_sampler_is_made_again_where_it_can_be(monkeypatch):
     one = sky.Scene(wavebands=[550.0], n_photons=50, components="uniform").source(3)
     sampler = one.numba_sampler(0, numbers=1)
     expected = sampler.sample(7)  # its function holds addresses of this process
     again = pickle.loads(pickle.dumps(sampler))
     assert (again.n, again.band, again.numbers, again.precision) == (50, 0, 1, np.float32)
     assert again.sample(7) == expected
-
-
-def test_what_has_no_sampler(monkeypatch):
     with pytest.raises(sky.UsageError, match="replicates=1"):
         source("table", replicates=4).numba_sampler()
     source("table").numba_sampler()  # what is imported without the compiler stays without it

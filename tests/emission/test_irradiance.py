@@ -17,7 +17,7 @@ def scene(irradiance):
     return sky.Scene(wavebands=BANDS, n_photons=1000, components=PARTS, irradiance=irradiance)
 
 
-def test_irradiances_reach_the_source_by_name_and_change_no_photon():
+def test_irradiances_reach_the_source_and_change_no_photon():
     known = Irradiance(of_component=[[1.0, 0.25], [2.0, 0.0]], horizon_loss=[0.0, 0.5])
     plain, absolute = scene(None).source(seed=1), scene(known).source(seed=1)
     assert plain.irradiance(0) is None
@@ -28,9 +28,6 @@ def test_irradiances_reach_the_source_by_name_and_change_no_photon():
     one, other = plain.photons(0), absolute.photons(0)
     np.testing.assert_array_equal(one.ux, other.ux)
     assert plain.plan.sha256 != absolute.plan.sha256  # another manifest, so another run
-
-
-def test_what_is_no_irradiance_is_refused():
     even = np.ones((2, 2))
     wrong = [(values, None) for values in ([[1.0, -1.0], [0.0, 0.0]], [[1.0, np.nan], [0.0, 0.0]], [1.0, 2.0])]
     for values, loss in (*wrong, (even, [0.0]), (even, [0.0, 1.5])):
@@ -88,17 +85,14 @@ def test_disc(zenith):
     assert abs(inverse[0] / ((measure @ area) / (measure @ flux)) - 1) < 1e-12
 
 
-def test_means_of_a_band():
+def test_means_of_bands_and_perez_cells():
     result = mean_moments(np.array([0.25, 0.75, 0.0]), np.array([1.0, 0.5, 0.1]), np.array([1.0, 2.0, np.inf]))
     assert result.mean_mu == 0.625
     assert result.mean_inverse_mu == 1.75
     assert result.planar_over_scalar == 1 / 1.75
     dark = mean_moments(np.zeros(2), np.ones(2), np.ones(2))
     assert np.isnan(dark.mean_mu)
-
-
-def test_perez_cells():
-    """Means of a coarse grid are those of a fine one, the horizon's included."""
+    # Means of a coarse grid are those of a fine one, the horizon's included.
     sun = {"sun_zenith_rad": 0.7, "sun_azimuth_rad": 0.2, "epsilon": 8.0, "delta": 0.1}
     results = []
     for n_zenith, n_azimuth in ((9, 12), (90, 120)):

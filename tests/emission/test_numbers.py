@@ -11,6 +11,7 @@ from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS
 from aomc_sky.plan.streams import philox_pair
 from tests.support.emitted import empty
 from tests.support.host_scenes import SCENES, N, directions, source
+from tests.support.source_files import source_of
 
 JIT = not numba.config.DISABLE_JIT
 needs_jit = pytest.mark.skipif(not JIT, reason="hosts need the compiler")
@@ -74,16 +75,10 @@ def test_the_first_ones_are_pinned():
         [0.9360273168851968, 0.16986640314226653, 0.7690952537388718],
         [0.5744328381736712, 0.9001180978174738, 0.35566434287562265],
     ]
-
-
-def test_columns_of_numbers():
     batch = source("table").photons(1, numbers=2)
     columns = batch.to_dict()
     assert list(columns) == ["ux", "uy", "uz", "patch", "n1", "n2"]
     assert np.array_equal(columns["n2"], batch.numbers[:, 1])
-
-
-def test_replicates_have_their_own():
     made = source("table", replicates=3)
     whole = made.photons(0, numbers=1).numbers[:, 0]
     cut = made.replicate_range(0, 1)[0]
@@ -121,7 +116,7 @@ def test_wrong_arguments():
     assert [c.size for c in number_columns(made.photons(0, 0, 10, numbers=2).numbers)] == [10, 10, 0]
 
 
-LOOPS = [("table", WAYS[0], 0, N), ("table", WAYS[3], 3, N)]
+LOOPS = [("table", WAYS[0], 0, N), ("table", WAYS[3], 3, N), ("sloped", WAYS[2], 0, N), ("lobes", WAYS[0], 0, N)]
 MORE_LOOPS = [*((name, way, 0, N) for name in SCENES for way in WAYS[:4]), ("table", WAYS[4], 0, N)]
 MORE_LOOPS += [("everything", WAYS[3], 3, N), ("everything", WAYS[1], 1, N), ("table", WAYS[0], 0, 3 * 10**12)]
 
@@ -132,7 +127,7 @@ MORE_LOOPS += [("everything", WAYS[3], 3, N), ("everything", WAYS[1], 1, N), ("t
 )
 def test_inside_a_loop_of_numba(name, way, k, n):
     """One by one in any order, and many at once: the photons and numbers of the source to the bit."""
-    made = source(name, [10, n], **options(way))
+    made = source_of(name, [10, n], **options(way))
     sampler = made.numba_sampler(1, numbers=k)
     assert (sampler.n, sampler.band, sampler.precision) == (n, 1, made.dtype)
     sample, start = sampler.sample, 0 if n == N else 2**41 + 12345

@@ -99,14 +99,16 @@ def test_many_photons_come_in_blocks(monkeypatch):
         assert_equal(batch, whole, slice(batch.start, batch.start + len(batch)))
 
 
-def test_a_batch_has_photons_and_a_circle_one_diameter():
+def test_what_there_is_not():
     with pytest.raises(ValueError, match="at least 1"):
         next(scene().source().batches(0, 0))
     with pytest.raises(sky.SceneError, match="a circle has one diameter"):
         sky.Footprint(shape="circle", size_x_m=1.0, size_y_m=2.0)
+    with pytest.raises(sky.UsageError, match="placement must be one of 'r2', 'philox', 'centre', got 'sobol'"):
+        scene().source(placement="sobol")
 
 
-def test_threads_and_processes():
+def test_threads_processes_and_plans(tmp_path):
     source = scene().source(seed=2)
     whole = source.photons(1)
     starts = list(range(0, 30_011, 1777))
@@ -117,18 +119,24 @@ def test_threads_and_processes():
     again = pickle.loads(pickle.dumps(source))
     assert_equal(again.photons(1, 5, 50), whole, slice(5, 50))
     assert len(pickle.dumps(scene(n=10**15).source())) < 100_000
+    source = scene(components=several()).source(seed=6, precision="float64")
+    source.plan.save(tmp_path / "plan.npz")
+    plan = sky.Plan.load(tmp_path / "plan.npz")
+    assert plan.sha256 == source.plan.sha256
+    again = sky.PhotonSource.from_plan(plan)
+    assert_equal(again.photons(0), source.photons(0))
+    np.testing.assert_array_equal(again.counts, source.counts)
+    assert [c.name for c in again.components] == [c.name for c in source.components]
+    assert again.grid.n_patches == source.grid.n_patches
 
 
-def test_bands_seeds_and_other_bands():
+def test_bands_seeds_and_footprints():
     base = scene().source(seed=1)
     assert not np.array_equal(base.photons(0).ux, base.photons(1).ux)
     assert not np.array_equal(base.photons(0).ux, scene().source(seed=2).photons(0).ux)
     only = scene(n=[0, 30_011]).source(seed=1)
     assert_equal(only.photons(1), base.photons(1))
     assert len(only.photons(0)) == 0
-
-
-def test_footprints_do_not_change_directions():
     point = scene().source(seed=4)
     shape = sky.Footprint(shape="rectangle", size_x_m=2.0, size_y_m=8.0)
     wide = scene(footprint=shape).source(seed=4)
@@ -165,18 +173,6 @@ def test_ranges_that_do_not_exist(band, start, stop):
         scene().source().photons(band, start, stop)
 
 
-def test_plan_rebuilds_the_source(tmp_path):
-    source = scene(components=several()).source(seed=6, precision="float64")
-    source.plan.save(tmp_path / "plan.npz")
-    plan = sky.Plan.load(tmp_path / "plan.npz")
-    assert plan.sha256 == source.plan.sha256
-    again = sky.PhotonSource.from_plan(plan)
-    assert_equal(again.photons(0), source.photons(0))
-    np.testing.assert_array_equal(again.counts, source.counts)
-    assert [c.name for c in again.components] == [c.name for c in source.components]
-    assert again.grid.n_patches == source.grid.n_patches
-
-
 def test_everything_that_changes_photons_changes_the_name():
     variants = [
         scene().source(seed=1),
@@ -189,11 +185,6 @@ def test_everything_that_changes_photons_changes_the_name():
         scene(footprint=sky.Footprint.circle(1.0)).source(seed=1),
     ]
     assert len({source.plan.sha256 for source in variants}) == 8
-
-
-def test_a_choice_that_there_is_not_gets_those_that_there_are():
-    with pytest.raises(sky.UsageError, match="placement must be one of 'r2', 'philox', 'centre', got 'sobol'"):
-        scene().source(placement="sobol")
 
 
 def test_counts_of_one_column_are_those_of_allocate():
@@ -223,7 +214,8 @@ def test_listed_weights_turn_photons_into_flux():
 
 
 @pytest.mark.parametrize(
-    "call", [lambda s, path: sky.write_run(s.source(), path), sky.write_mcpl, lambda s, path: sky.to_xarray(s)]
+    "call",
+    [lambda s, path: sky.write_run(s.source(), path), sky.write_mcpl, sky.write_source, lambda s, _: sky.to_xarray(s)],
 )
 def test_a_scene_in_the_place_of_a_source(call, tmp_path):
     with pytest.raises(sky.UsageError, match=r"expected a (Scene|PhotonSource), got (PhotonSource|Scene); write "):

@@ -40,7 +40,7 @@ def test_photons_have_the_stokes_vector_of_their_patch(weighting):
         assert not source.stokes(band)[7].any()
 
 
-def test_parts_without_polarisation_have_zero():
+def test_parts_and_batches():
     sun = {"sun_zenith_deg": 30.0, "sun_azimuth_deg": 10.0}
     beam, disc = sky.DirectBeam(**sun, strength=2.0), sky.UniformSky(strength=1.0)
     pattern = sky.PerezSky(epsilon=4.0, delta=0.1, **sun, strength=1.0, polarisation=sky.RayleighPattern())
@@ -52,9 +52,6 @@ def test_parts_without_polarisation_have_zero():
     assert not batch.u[~is_polarised].any()
     assert np.hypot(batch.q, batch.u)[is_polarised].min() > 0
     assert source.stokes(1).shape == (source.plan.n_cells, 2)
-
-
-def test_batches_name_their_stokes_vectors():
     source = source_of(table())
     whole = source.photons(1)
     assert pickle.loads(pickle.dumps(source)).photons(1) == whole
@@ -62,6 +59,13 @@ def test_batches_name_their_stokes_vectors():
     assert "q, u" in repr(whole)
     with pytest.raises(ValueError, match=r"out\.q"):
         source.photons(1, out=source_of(table(values_q=None, values_u=None)).photons(1))
+    values = np.ones((1, 54))
+    model = sky.TabulatedSky(
+        wavelength_nm=[550.0], values=values, grid=GRID, values_q=0.6 * values * (1 + 4e-7), values_u=0.8 * values
+    )
+    stokes = source_of(model, wavebands=[550.0]).stokes()
+    assert np.hypot(*stokes.T).max() <= 1 + 1e-15
+    np.testing.assert_allclose(stokes[0], [0.6, 0.8], rtol=1e-6)
 
 
 def test_photons_and_plan_are_those_of_the_light_without_polarisation():
@@ -97,16 +101,6 @@ def test_photons_and_plan_are_those_of_the_light_without_polarisation():
 def test_tables_that_are_no_light_are_refused(more, error, text):
     with pytest.raises(error, match=text):
         table(**more)
-
-
-def test_a_degree_that_rounding_puts_above_one_is_one():
-    values = np.ones((1, 54))
-    model = sky.TabulatedSky(
-        wavelength_nm=[550.0], values=values, grid=GRID, values_q=0.6 * values * (1 + 4e-7), values_u=0.8 * values
-    )
-    stokes = source_of(model, wavebands=[550.0]).stokes()
-    assert np.hypot(*stokes.T).max() <= 1 + 1e-15
-    np.testing.assert_allclose(stokes[0], [0.6, 0.8], rtol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -30,13 +30,6 @@ def joined(batches):
     return {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in present}
 
 
-def filled(source, lane, like):
-    """The compiled photons of a lane, as many as those of the batch."""
-    arrays = {name: np.empty_like(array) for name, array in joined([like]).items()}
-    source._emitter.fill_compiled(lane, 0, arrays)
-    return arrays
-
-
 def assert_same(first, second):
     assert set(first) == set(second)
     for name, array in first.items():
@@ -48,6 +41,13 @@ def test_one_replicate_is_the_run_without_any():
     assert plain.plan.sha256 == one.plan.sha256 != scene(1000).source(seed=4, replicates=2).plan.sha256
     assert one.plan.cumulative.shape[0] == one.n_bands == 1
     assert_same(joined([plain.photons()]), joined([one.photons()]))
+    assert scene(12).source(replicates=12).n_photons(0) == 12
+    with pytest.raises(SceneError, match="waveband 2 has 12 photons, too few for 13 replicates"):
+        scene([13, 12, 0], n_bands=3).source(replicates=13)
+    with pytest.raises(UsageError, match="no randomness"):
+        scene(1000).source(replicates=2, allocation="aomc")
+    with pytest.raises(UsageError, match="cells in 4000 replicates takes about"):
+        scene(5000, n_bands=100).source(replicates=4000, max_memory_bytes=2**25)
 
 
 OPTIONS = {"method": ["iid"], "order": ["patch"], "placement": ["philox", "centre"], "precision": ["float64"]}
@@ -61,13 +61,6 @@ def test_a_replicate_is_the_band_of_its_lane(options):
     for band in range(2):
         pieces = [bands.photons(replicate * 2 + band) for replicate in range(3)]
         assert_same(joined([source.photons(band)]), joined(pieces))
-
-
-def test_compiled_and_plain_photons_agree():
-    source = scene(997).source(seed=2, replicates=4, precision="float64")
-    for replicate in range(4):
-        batch = source.photons(0, *source.replicate_range(0, replicate))
-        assert_same(filled(source, replicate, batch), joined([batch]))
 
 
 def test_photons_are_shared_evenly_and_counts_keep_their_bounds():
@@ -91,16 +84,6 @@ def test_photons_are_shared_evenly_and_counts_keep_their_bounds():
         source.replicate_range(0, 7)
 
 
-def test_replicates_without_photons_or_chance_are_refused():
-    assert scene(12).source(replicates=12).n_photons(0) == 12
-    with pytest.raises(SceneError, match="waveband 2 has 12 photons, too few for 13 replicates"):
-        scene([13, 12, 0], n_bands=3).source(replicates=13)
-    with pytest.raises(UsageError, match="no randomness"):
-        scene(1000).source(replicates=2, allocation="aomc")
-    with pytest.raises(UsageError, match="cells in 4000 replicates takes about"):
-        scene(5000, n_bands=100).source(replicates=4000, max_memory_bytes=2**25)
-
-
 def sums_of(source, band=0, size=64):
     sums = PhotonSums(source.replicates)
     for start in range(0, source.n_photons(band), size):
@@ -119,9 +102,6 @@ def test_standard_errors_are_those_of_the_replicate_means():
     assert sums.mean("weight") == 1.0
     assert sums.standard_error("weight") == 0.0
     assert sums_of(scene(1600).source()).standard_error("mu") is None
-
-
-def test_standard_error_of_unequal_replicates():
     totals, n = np.array([3.0, 5.0, 4.5]), np.array([2.0, 3.0, 3.0])
     residual = totals - 12.5 / 8 * n
     assert math.isclose(standard_error(totals, n), math.sqrt(1.5 * np.sum(residual**2)) / 8, rel_tol=1e-15)

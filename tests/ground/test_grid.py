@@ -7,7 +7,7 @@ from mpmath import mp, mpf
 import aomc_sky as sky
 
 
-def test_areas_do_not_cancel_next_to_zenith_and_horizon():
+def test_areas_and_whole_degrees():
     grid = sky.PatchGrid.regular(90_000, 1)
     with mp.workdps(40):
         for k in (0, 1, 44_999, 89_998, 89_999):
@@ -16,14 +16,15 @@ def test_areas_do_not_cancel_next_to_zenith_and_horizon():
             plain = (mp.cos(near) - mp.cos(far)) * 2 * mp.pi
             assert abs(grid.projected_solid_angle_sr[k] / projected - 1) < 1e-11
             assert abs(grid.solid_angle_sr[k] / plain - 1) < 1e-11
-
-
-def test_whole_degrees():
     grid = sky.PatchGrid.whole_degrees()
     assert (grid.n_zenith, grid.n_azimuth) == (89, 360)
     np.testing.assert_array_equal(grid.zenith_bounds_deg[[0, 1, 88]], [[0, 1.5], [1.5, 2.5], [88.5, 90]])
     np.testing.assert_array_equal(grid.azimuth_bounds_deg[[0, 359]], [[-0.5, 0.5], [358.5, 359.5]])
     assert abs(grid.projected_solid_angle_sr.sum() - np.pi) < 1e-13
+    edges = np.linspace(0.0, 2 * np.pi, 8).astype(np.float32)
+    columns = np.stack([edges[:-1], edges[1:]], axis=1)
+    grid = sky.PatchGrid(zenith_bounds_deg=[[0, 90]], azimuth_bounds_rad=columns)
+    assert grid.solid_angle_sr.sum() == pytest.approx(2 * np.pi)
 
 
 def test_index_and_patch_belong_together():
@@ -39,9 +40,6 @@ def test_index_and_patch_belong_together():
     assert grid.patch_of(np.array([90.0]), np.array([0.0]))[0] == 8 * 12
     degrees = sky.PatchGrid.whole_degrees()
     assert degrees.patch_of(np.array([0.0, 45.2]), np.array([359.7, 0.4])).tolist() == [0, 44 * 360]
-
-
-def test_what_is_no_grid():
     for bounds in ([[0, 91]], [[10, 5]], [[0, np.nan]], [0, 90], np.empty((0, 2))):
         with pytest.raises(ValueError, match="bounds"):
             sky.PatchGrid(zenith_bounds_deg=bounds, azimuth_bounds_deg=[[0, 360]])
@@ -67,10 +65,3 @@ def test_what_is_no_grid():
 def test_light_is_not_counted_twice(rings, columns, words):
     with pytest.raises(sky.SceneError, match=words):
         sky.PatchGrid(zenith_bounds_deg=rings, azimuth_bounds_deg=columns)
-
-
-def test_edges_in_float32_are_neighbours():
-    edges = np.linspace(0.0, 2 * np.pi, 8).astype(np.float32)
-    columns = np.stack([edges[:-1], edges[1:]], axis=1)
-    grid = sky.PatchGrid(zenith_bounds_deg=[[0, 90]], azimuth_bounds_rad=columns)
-    assert grid.solid_angle_sr.sum() == pytest.approx(2 * np.pi)

@@ -23,13 +23,19 @@ def regular(tmp_path):
     return path
 
 
-def test_a_link_is_followed_unless_it_may_not_be(regular, tmp_path):
+def test_a_link_is_followed_and_a_limit_holds(regular, tmp_path):
     link = tmp_path / "link"
     link.symlink_to(regular)
     assert read_regular(link, 12) == b"twelve bytes"
     for read in READERS.values():
         with pytest.raises(FileKindError, match="a symbolic link"):
             read(link, follow_links=False)
+    with pytest.raises(OSError, match="larger than 11 bytes"):
+        read_regular(regular, 11)
+    endless = Path("/proc/self/environ")  # claims to be empty
+    if endless.exists() and endless.read_bytes():
+        with pytest.raises(OSError, match="larger than 0 bytes"):
+            read_regular(endless, 0)
 
 
 @each_reader
@@ -70,15 +76,6 @@ def test_a_link_put_there_after_the_look_is_not_followed(regular, tmp_path, monk
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(FileKindError, match="a pipe"):
         open_regular(tmp_path / "pipe")
-
-
-def test_a_limit_holds_whatever_the_size_says(regular):
-    with pytest.raises(OSError, match="larger than 11 bytes"):
-        read_regular(regular, 11)
-    endless = Path("/proc/self/environ")  # claims to be empty
-    if endless.exists() and endless.read_bytes():
-        with pytest.raises(OSError, match="larger than 0 bytes"):
-            read_regular(endless, 0)
 
 
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="nobody says which descriptors are open")

@@ -69,7 +69,7 @@ def test_bytes_at_an_offset_are_the_same_without_the_calls_for_it(tmp_path, monk
     assert files == [b"twelve bytes" + bytes(8) + b"dozen!"] * 2
 
 
-def test_a_link_is_refused_without_the_word_for_it(tmp_path, monkeypatch):
+def test_words_that_a_system_does_not_have(tmp_path, monkeypatch):
     (tmp_path / "link").symlink_to(tmp_path / "file")
     (tmp_path / "file").write_bytes(b"x")
     for word in (os.O_NOFOLLOW, 0):
@@ -77,9 +77,6 @@ def test_a_link_is_refused_without_the_word_for_it(tmp_path, monkeypatch):
         with pytest.raises(OSError, match=re.escape(os.strerror(errno.ELOOP))):
             system.open_handle(tmp_path / "link", os.O_RDONLY, follow_links=False)
         os.close(system.open_handle(tmp_path / "link", os.O_RDONLY))
-
-
-def test_what_the_system_does_not_say(tmp_path, monkeypatch):
     for name in ("sched_getaffinity", "O_DIRECTORY"):
         monkeypatch.delattr(os, name)
     assert system.n_cpus() == os.cpu_count()

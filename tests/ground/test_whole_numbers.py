@@ -2,7 +2,6 @@
 
 import functools
 import math
-import os
 
 import numpy as np
 import pytest
@@ -88,17 +87,6 @@ def test_all_integers_are_one_question_and_one_seed(integer):
     assert sky.PatchGrid.regular(integer(5), integer(120)).n_azimuth == 120
 
 
-@pytest.mark.parametrize("integer", [np.int32, np.uint64])
-def test_a_numba_host_takes_all_integers(integer):
-    pytest.importorskip("numba")
-    if os.environ.get("NUMBA_DISABLE_JIT") == "1":
-        pytest.skip("hosts need the compiler")
-    source = scene().source(seed=5)
-    sample = source.numba_sampler(integer(1)).sample
-    batch = source.photons(1, 3, 4)
-    assert sample(integer(3)) == (batch.ux[0], batch.uy[0], batch.uz[0])
-
-
 @pytest.mark.parametrize("value", [True, 1.0, "1", None], ids=repr)
 def test_what_is_no_index_is_our_error(value):
     source = scene().source(seed=1)
@@ -140,21 +128,15 @@ def test_what_is_no_number_of_photons_is_our_error(value):
             sky.Scene(wavebands=[440.0], n_photons=value, components=(sky.UniformSky(),))
 
 
-def test_a_number_of_photons_may_be_a_whole_float():
+def test_numbers_of_photons_and_seeds():
     """1e6 is how people write a million."""
     assert sky.read_scene(CLEAR_DAY, iterations=1e3).n_photons[0] == 1000
     assert sky.allocate([1.0, 2.0], np.float64(3e2)).sum() == 300
     assert as_number_of(np.array(1e6), "n", 0, 10**6) == 10**6
-
-
-def test_a_seed_lies_within_64_bits():
     for value in (-1, 2**64, np.int8(-1)):
         with pytest.raises(UsageError, match=r"from 0 to 2\^64 - 1"):
             checked_seed(value)
     assert checked_seed(np.uint64(2**64 - 1)) == 2**64 - 1
-
-
-def test_bounds_are_read_as_a_person_writes_them():
     for high, words in ((4096, "4096"), (2**31 - 1, r"2\^31 - 1"), (2**62, r"2\^62"), (2**62 + 1, str(2**62 + 1))):
         with pytest.raises(AomcSkyError, match=f"n must be a whole number from 1 to {words}, got 0"):
             as_number_of(0, "n", 1, high)

@@ -31,7 +31,7 @@ def compiled(folder, text):
     return folder
 
 
-def test_a_run_writes_the_source_and_no_photon(run):
+def test_a_run_writes_the_source_and_is_kept(run, told):
     assert {path.name for path in run.iterdir()} == {"source.sky", "plan.npz", "counts.csv", "manifest.json"}
     manifest = manifest_of(run)
     assert manifest["options"]["formats"] == ["source"]
@@ -39,9 +39,6 @@ def test_a_run_writes_the_source_and_no_photon(run):
     source = sky.PhotonSource(sky.Plan.load(run / "plan.npz"))
     assert (run / "source.sky").read_bytes() == source.to_bytes()
     assert (run / "source.sky").stat().st_size <= 3 * 1.3e6
-
-
-def test_a_finished_run_is_kept_and_a_changed_one_made_again(run, told):
     words = [*RUN, "--out", str(run)]
     whole = (run / "source.sky").read_bytes()
     assert "again)" in told(*words).out
@@ -90,19 +87,6 @@ def test_info_shows_the_head_and_refuses_damage(run, told):
         (run / "bad.sky").write_bytes(damaged)
         assert "E971" in told("info", run / "bad.sky", code=3).err
     assert main(["info", str(run / "none.sky")]) == 3
-
-
-def test_write_source_is_atomic_and_says_what_is_wrong(tmp_path):
-    source = sky.Scene(wavebands=[550.0], n_photons=100, components="uniform").source(seed=1)
-    for words, error, says in (
-        (("day.sky", source), sky.UsageError, "expected a PhotonSource"),
-        ((source, ""), sky.UsageError, "name of a file"),
-        ((source, tmp_path / "nowhere" / "x.sky"), sky.errors.OutputError, None),
-    ):
-        with pytest.raises(error, match=says):
-            sky.write_source(*words)
-    sky.write_source(source, tmp_path / "x.sky")
-    assert [path.name for path in tmp_path.iterdir()] == ["x.sky"]
 
 
 def test_equal_plans_give_equal_bytes_and_bands_share_tables():

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.commands.info import include_dir
-from tests.include.test_bits import WAYS
 from tests.support.host_programs import run
 from tests.support.shared import REPOSITORY
-from tests.support.source_files import SCENES, Driver, compare, same_bits, source_of
+from tests.support.source_files import SCENES, WAYS, Driver, compare, same_bits, source_of
 
 DRIVER = REPOSITORY / "tests" / "reference" / "gpu_driver.cu"
 CHANGED = -11

@@ -1,4 +1,4 @@
-"""What the decorators of the kernels promise; for the cache see tests/faults/test_machine_faults.py."""
+"""What the decorators of the kernels promise, and who loads numba; their cache: tests/faults/test_machine_faults.py."""
 
 import ast
 import re
@@ -170,3 +170,15 @@ def test_variants_of_one_text_cached_by_two_processes_keep_apart(tmp_path):
     alone = printed("first") + printed("second")
     assert alone[0] != alone[1]
     assert printed("first", "second") == alone
+
+
+PROGRAM = """
+import sys
+from aomc_sky.kernels import backend
+assert not backend.use_kernels(1) and "numba" not in sys.modules
+assert backend.use_kernels(backend.PLAIN_PHOTONS) and "numba" in sys.modules
+"""
+
+
+def test_the_thread_that_takes_the_kernels_loads_numba_for_all():
+    in_environment(PROGRAM)

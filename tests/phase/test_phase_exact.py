@@ -86,24 +86,18 @@ def test_hg_density_and_tails(sign):
     assert H.survival(2.0, sign * np.linspace(0.0, 0.99, 9999)).max() == 1  # a probability
 
 
-def test_rayleigh_density_and_cdf():
+def test_rayleigh_density_cdf_and_moments():
     for gamma in GAMMAS:
         for mu in (-1.0, -1 + 2.0**-53, -0.7, -1e-20, 0.0, 0.3, 1.0):
             assert exact.ulps(R.pdf_mu(mu, gamma), exact.rayleigh_pdf(mu, gamma)) <= 3
             assert exact.ulps(R.pdf_sr(mu, gamma), exact.rayleigh_pdf(mu, gamma) / (2 * mp.pi)) <= 4
             assert exact.ulps(R.cdf_mu(mu, gamma), exact.rayleigh_cdf(mu, gamma)) <= 4
     assert R.cdf_mu(1.0, np.linspace(0.0, 1.0, 9999)).max() == 1
-
-
-def test_moments_are_those_of_the_density():
     node, weight = np.polynomial.legendre.leggauss(8)
     for gamma in (0.0, 0.0144, 0.6, 1.0):
         p = R.pdf_mu(node, gamma) * weight
         assert np.isclose(p.sum(), 1, rtol=1e-14)
         assert np.isclose((p * node**2).sum(), R.mean_mu2(gamma), rtol=1e-14)
-
-
-def test_gamma_rho_and_king_factor():
     gamma = np.linspace(0, 0.74, 100)
     assert np.allclose(R.gamma_from_rho(R.rho_from_gamma(gamma)), gamma, rtol=1e-15, atol=1e-16)
     rho = R.rho_from_gamma(gamma)

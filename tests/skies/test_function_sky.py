@@ -28,6 +28,11 @@ def test_the_mean_cosine_of_its_photons():
     assert abs(-source_of(model).photons(0, 0, 100_000).uz.mean(dtype=float) - exact) < 1e-5
     assert abs(source_of(model.refined(1e-4)).exact_moments(0).mean_mu - 11 / 15) < 1e-6
     assert abs(model.irradiance(440.0)[0] / (2 * np.pi) - 1) < 1e-12
+    model = FunctionSky(lambda z, a, w: np.cos(z) if w < 500 else 1.0, grid=sky.PatchGrid.regular(4, 6))
+    (component,) = model.lower([440.0, 550.0])
+    np.testing.assert_allclose(component.strength, [2 * np.pi / 3, np.pi], rtol=0, atol=1e-12)
+    both = model.radiance(np.array([[0.2], [0.4]]), 0.0, np.array([440.0, 550.0]))
+    np.testing.assert_allclose(both, [[np.cos(0.2), 1], [np.cos(0.4), 1]])
 
 
 @pytest.mark.parametrize(
@@ -52,14 +57,6 @@ def test_a_spot_that_is_missed_on_an_even_sky_is_in_the_notes():
     model = FunctionSky(disc)
     assert model.irradiance(550.0)[0] < 1.0001 * np.pi  # the disc has more than a half of the light
     assert model.notes([550.0]) == ("sky 'function': a spot of light less than 0.19 degrees wide may be missed",)
-
-
-def test_a_function_of_wavelength_has_a_mass_for_each():
-    model = FunctionSky(lambda z, a, w: np.cos(z) if w < 500 else 1.0, grid=sky.PatchGrid.regular(4, 6))
-    (component,) = model.lower([440.0, 550.0])
-    np.testing.assert_allclose(component.strength, [2 * np.pi / 3, np.pi], rtol=0, atol=1e-12)
-    both = model.radiance(np.array([[0.2], [0.4]]), 0.0, np.array([440.0, 550.0]))
-    np.testing.assert_allclose(both, [[np.cos(0.2), 1], [np.cos(0.4), 1]])
 
 
 @pytest.mark.parametrize(
@@ -109,11 +106,22 @@ def test_radiances_of_any_size_are_one_sky(scale):
     assert 0 < scaled.irradiance(440.0)[0] == min(scale * plain.irradiance(440.0)[0], np.finfo(float).max)
 
 
-def test_what_is_no_function_or_no_patch():
+def test_what_is_no_function_and_what_no_grid_can_meet(monkeypatch):
     with pytest.raises(sky.SceneError, match="needs a function"):
         FunctionSky(3.0)
     with pytest.raises(sky.SceneError, match="points or lines"):
         FunctionSky(bright_zenith, grid=sky.PatchGrid.lattice(3, 3))
+    assert function_sky._MAX_PATCHES == 4_000_000
+    monkeypatch.setattr(function_sky, "_MAX_PATCHES", 100_000)  # it gives up as soon as it may
+
+    def spot(z, a, w):
+        return np.exp((np.sin(z) * np.cos(a) + np.cos(z) - np.sqrt(2)) / 1e-6)
+
+    with pytest.raises(sky.SceneError, match=r"more than 0 million.*DirectBeam"):
+        FunctionSky(spot).refined(1e-3, wavelength_nm=550.0)
+    for tolerance in (0, 1, -1, math.nan):
+        with pytest.raises(sky.SceneError, match="between 0 and 1"):
+            FunctionSky(bright_zenith).refined(tolerance)
 
 
 @pytest.mark.parametrize("tolerance", [0.05, 0.01])
@@ -136,17 +144,3 @@ def test_refined_grids_meet_the_tolerance_and_are_coarse(function, tolerance):
         fewer = {(max(n_zenith // 2, 1), n_azimuth), (n_zenith, max(n_azimuth // 2, 1))} - {(n_zenith, n_azimuth)}
         coarser = [FunctionSky(function, grid=sky.PatchGrid.regular(*shape)) for shape in fewer]
         assert max(one.variation([400, 550, 700]).max() for one in coarser) > tolerance
-
-
-def test_what_no_grid_can_meet(monkeypatch):
-    assert function_sky._MAX_PATCHES == 4_000_000
-    monkeypatch.setattr(function_sky, "_MAX_PATCHES", 100_000)  # it gives up as soon as it may
-
-    def spot(z, a, w):
-        return np.exp((np.sin(z) * np.cos(a) + np.cos(z) - np.sqrt(2)) / 1e-6)
-
-    with pytest.raises(sky.SceneError, match=r"more than 0 million.*DirectBeam"):
-        FunctionSky(spot).refined(1e-3, wavelength_nm=550.0)
-    for tolerance in (0, 1, -1, math.nan):
-        with pytest.raises(sky.SceneError, match="between 0 and 1"):
-            FunctionSky(bright_zenith).refined(tolerance)

@@ -7,16 +7,13 @@ import aomc_sky as sky
 from tests.support.scenes import copy_scene
 
 
-def test_the_overcast_sky_has_the_mean_cosine_five_sevenths():
+def test_the_overcast_sky():
     # mean of mu by hand: (1/3 + 2/4) / (1/2 + 2/3)
     source = sky.Scene(wavebands=[550.0], n_photons=1_000_000, components=sky.OvercastSky()).source(seed=2)
     assert source.exact_moments(0).mean_mu == pytest.approx(5 / 7, abs=2e-7)
     assert -source.photons(0).uz.astype(float).mean() == pytest.approx(5 / 7, abs=3e-6)
     # Eo / Ed by hand: (1 + 1) / (1/2 + 2/3)
     assert source.exact_moments(0).mean_inverse_mu == pytest.approx(12 / 7, abs=2e-5)
-
-
-def test_the_overcast_sky_is_that_of_moon_and_spencer():
     zenith = np.deg2rad([0.0, 30.0, 60.0, 90.0])
     table = [1.0, (1 + np.sqrt(3)) / 3, 2 / 3, 1 / 3]
     np.testing.assert_allclose(sky.OvercastSky().radiance(zenith, 0.0, 550.0), table, rtol=1e-15)
@@ -112,14 +109,11 @@ def test_a_cie_sky_of_a_scene_of_files_has_a_type(tmp_path):
         sky.read_scene(amc)
 
 
-def test_the_sun_stands_at_azimuth_0_by_default():
+def test_defaults_and_refusals():
     by_radians = sky.CIESky(type=12, sun_zenith_rad=np.deg2rad(40.0), sun_azimuth_deg=0)
     assert sky.CIESky(type=12, sun_zenith_deg=40.0) == by_radians
     assert sky.HarrisonCoombesSky(sun_zenith_deg=40.0).sun_azimuth_rad == 0.0
     assert sky.CardioidalSky() == sky.OvercastSky()
-
-
-def test_what_they_refuse():
     for number in (0, 16, 3.5, "12", True):
         with pytest.raises(sky.SceneError, match="whole number from 1 to 15"):
             sky.CIESky(type=number, sun_zenith_deg=40.0, sun_azimuth_deg=0.0)

@@ -45,17 +45,13 @@ def test_smooth_radiances(shape, radiance, antiderivative):
 
 
 @pytest.mark.parametrize("shape", GRIDS)
-def test_a_constant_is_exact_to_the_bit(shape):
+def test_constants_and_jumps(shape):
     grid = sky.PatchGrid.regular(*shape)
     result = integrate_patches(lambda z, a: np.full(z.shape, 0.3), grid)
     np.testing.assert_array_equal(result.mass, 0.3 * grid.projected_solid_angle_sr)
     assert not result.slope.any()
     assert (result.error, *result[3:]) == (0.0, 0.0, 0.0, 0.0)
-
-
-@pytest.mark.parametrize("shape", GRIDS)
-def test_jumps_are_closed_in_by_halving(shape):
-    """A step in azimuth and one in zenith angle, neither at an edge of a patch."""
+    # A step in azimuth and one in zenith angle, neither at an edge of a patch.
     grid = sky.PatchGrid.regular(*shape)
     in_azimuth = integrate_patches(lambda z, a: (a < 1.0) + 0.0, grid)
     assert abs(in_azimuth.mass.sum() / 0.5 - 1) < 1e-10
@@ -96,23 +92,17 @@ def test_meridians_and_parallels_of_jumps_are_found(shape, monkeypatch):
     assert abs(integrate_patches(light, grid).mass.sum() / exact - 1) > 1e-7
 
 
-def test_too_many_jumps_are_left_to_the_rule():
-    edges = np.array([[0.0, 1.0]]), np.array([[0.0, 4.0]])
-    found = [jumps(lambda x, y: (y < 0.7) + 0.0 * x, *edges, most)[1].tolist() for most in (10**6, 0)]
-    assert found == [[pytest.approx(0.7)], []]
-
-
-def test_what_a_jump_costs():
+def test_what_patches_cost():
     """The whole dome as one patch, lit over a share p of its azimuths: 1 - p - t p (1 - p) at the steepest slope -t."""
     result = integrate_patches(lambda z, a: (a < 1.0) + 0.0, sky.PatchGrid.regular(1, 1))
     p = 1 / (2 * np.pi)
     assert result.slope.tolist() == [[0.0, -MAX_SLOPE]]
     assert abs(result.variation - (1 - p - MAX_SLOPE * p * (1 - p))) < 1e-8
     assert result.ring_variation < result.column_variation
-
-
-def test_variation_falls_with_the_width_of_the_patches():
-    """L = mu: what is left of a smooth radiance falls with the square of the rings."""
+    edges = np.array([[0.0, 1.0]]), np.array([[0.0, 4.0]])
+    found = [jumps(lambda x, y: (y < 0.7) + 0.0 * x, *edges, most)[1].tolist() for most in (10**6, 0)]
+    assert found == [[pytest.approx(0.7)], []]
+    # L = mu: what is left of a smooth radiance falls with the square of the rings.
     values = [integrate_patches(lambda z, a: np.cos(z), sky.PatchGrid.regular(n, 1)) for n in (30, 60)]
     assert abs(values[0].variation / values[1].variation - 4) < 0.15
     assert values[1].column_variation < 1e-15
@@ -159,10 +149,6 @@ def emptiest(*orders):
     return asked[distance.argmax()], distance.max()
 
 
-def test_the_widest_gap_between_the_points():
-    assert SURE_SPOT - 0.006 < 2 * emptiest(4, 7, 8)[1] < SURE_SPOT
-
-
 def test_spots_between_the_points_are_found(monkeypatch):
     """0.19 degrees and wider in patches of one degree, with 7 % of the light; the first look alone misses one."""
     monkeypatch.setattr(patch_integrals, "_MAX_PARTS", 2**10)
@@ -179,6 +165,7 @@ def test_spots_between_the_points_are_found(monkeypatch):
     assert all(0.9 < found(*place) < 1.1 for place in places)
     monkeypatch.setattr(patch_integrals, "_SEEN", np.inf)
     assert found(*hidden) == 0
+    assert SURE_SPOT - 0.006 < 2 * emptiest(4, 7, 8)[1] < SURE_SPOT
 
 
 @pytest.mark.parametrize(

@@ -52,6 +52,8 @@ def test_degree_and_edges():
     assert np.abs(pattern(0.7, 1.1, (0.7, 1.1))).max() < 1e-30
     assert np.abs(pattern(np.pi / 2, np.pi, (np.pi / 2, 0.0))).max() < 1e-15
     np.testing.assert_allclose(pattern(0.7 + 1e-6, 1.1, (0.7, 1.1)), [-0.5e-12, 0.0], rtol=1e-8, atol=1e-25)
+    with pytest.raises(sky.UsageError, match="RayleighPattern"):
+        sky.PerezSky(sun_zenith_deg=40.0, epsilon=6.0, delta=0.1, polarisation="rayleigh").lower([550.0])
 
 
 @pytest.mark.parametrize("degree", [-0.1, 1.1, np.nan])
@@ -121,11 +123,6 @@ def test_rows_of_wavelengths():
         dataclasses.replace(field, sun=None)
 
 
-def test_what_is_no_pattern_is_refused():
-    with pytest.raises(sky.UsageError, match="RayleighPattern"):
-        sky.PerezSky(sun_zenith_deg=40.0, epsilon=6.0, delta=0.1, polarisation="rayleigh").lower([550.0])
-
-
 def test_rotation_to_the_scattering_plane():
     """By the formulas of docs/conventions.md single scattering has q' = -degree and u' = 0 there, whatever the sun."""
     zenith, azimuth = directions()
@@ -141,17 +138,6 @@ def test_rotation_to_the_scattering_plane():
     degree = (1 - cosine**2) / (1 + cosine**2)
     np.testing.assert_allclose(q * twice[0] + u * twice[1], -degree, atol=1e-12)
     np.testing.assert_allclose(u * twice[0] - q * twice[1], 0.0, atol=1e-12)
-
-
-def test_an_atmosphere_has_one_row_and_even_weights():
-    """Its photons are even inside patches, so the row does not depend on the wavelength, and costs no radiance."""
-    how = {"sun_zenith_deg": 50.0, "sun_azimuth_deg": 20.0, "grid": sky.PatchGrid.regular(6, 12)}
-    how |= {"polarisation": sky.RayleighPattern()}
-    made = sky.AtmosphereSky.from_file(MOLECULES, wavelength_nm=[550.0], **how)
-    (component,) = made.lower([450.0, 550.0])
-    assert component.stokes.shape == (1, 72, 2)
-    even = sky.PerezSky(epsilon=6.0, delta=0.1, within="uniform", **how)
-    np.testing.assert_array_equal(component.stokes, even.lower([550.0])[0].stokes)
 
 
 def test_light_of_a_glowing_ground_is_not_polarised_around_the_sun():

@@ -88,9 +88,6 @@ def test_pointings_of_a_radiometer(tmp_path):
         check(table, 0.03)
         assert any("30 of 1500 directions have no value" in remark for remark in table.remarks)
         assert any("% of the light comes from beyond" in remark for remark in table.remarks)
-
-
-def test_a_file_of_several_radiances_wants_the_name(tmp_path):
     with pytest.raises(sky.SceneError, match="2 variables of numbers: 'downwelling_radiance', 'upwelling_radiance'"):
         through_a_file(hypernets(), tmp_path / "series.nc")
 
@@ -131,16 +128,3 @@ def test_sasktran2(tmp_path):
     np.testing.assert_allclose(table.values_q, -1e-3, rtol=0.03)
     with pytest.raises(sky.SceneError, match=r"without gaps; .* field.isel\(stokes=0\)"):
         read(made.isel(los=slice(0, -1)))
-
-
-def test_angles_that_share_a_part_of_their_dimensions_are_refused():
-    made = xarray.DataArray(
-        np.ones((3, 4)),
-        dims=("a", "b"),
-        coords={
-            "zenith": (("a", "b"), np.full((3, 4), 30.0), {"units": "deg"}),
-            "azimuth": ("b", np.arange(4) * 90.0, {"units": "deg"}),
-        },
-    )
-    with pytest.raises(sky.SceneError, match="share a part of their dimensions"):
-        read(made)

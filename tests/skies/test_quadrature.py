@@ -20,9 +20,6 @@ def test_points_are_gauss_points():
                 slope = mp.diff(lambda t, n=order: mp.legendre(n, t), root)
                 assert abs((root + 1) / 2 - mp.mpf(float(node))) < 2e-16
                 assert abs(1 / ((1 - root**2) * slope**2) - mp.mpf(float(weight))) < 1e-16
-
-
-def test_highest_coefficient_sees_nothing_below_its_degree():
     for order, (nodes, _, highest) in POINTS.items():
         for degree in range(order - 1):
             assert abs(weighted_sum(nodes**degree, highest)) < 1e-15

@@ -127,14 +127,11 @@ def test_conventions_and_orders_of_one_field_are_one_sky(order, tmp_path):
         np.testing.assert_array_equal(component.cell, expected.cell)
 
 
-def test_conventions_that_are_given_win_over_attributes():
+def test_what_is_given_and_what_is_taken_for_granted():
     given = read(field(north=True), azimuth_convention=sky.AzimuthConvention.ENU_FROM_EAST)
     assert abs(given.radiance(0.5, np.deg2rad(90), 440) - radiance(30, 0, 440)) < 0.02
     table = read(field(radians=True, attributes=False), angle_unit="rad", azimuth_convention="enu_from_east")
     np.testing.assert_array_equal(table.lower(NM)[0].mass, read(field()).lower(NM)[0].mass)
-
-
-def test_what_is_taken_for_granted_is_said():
     made = field(attributes=False)
     (remark,) = read(made).remarks
     assert "does not say from where azimuths count" in remark
@@ -144,6 +141,8 @@ def test_what_is_taken_for_granted_is_said():
     assert "no wavelength" in " ".join(read(made.isel(wavelength=0, drop=True)).remarks)
     del made.attrs["units"]
     assert "no unit of radiance" in read(made).remarks[0]
+    made = field().assign_coords(solar_zenith_angle=40.0, sza=("wavelength", [40.0, 40.0]), saa=10.0)
+    np.testing.assert_array_equal(read(made).values, read(field()).values)
 
 
 def test_both_ends_of_the_turn_and_directions_below_the_horizon():
@@ -179,10 +178,7 @@ def test_scattered_directions_are_interpolated_on_the_sphere():
         remarks = read(made.where(made.zenith < 60)).remarks
     assert any("directions have no value" in remark for remark in remarks)
     assert any("a radiance is off by" in remark for remark in remarks)
-
-
-def test_points_that_were_unstacked_are_no_field():
-    """A table of 300 directions as a field of 300 x 300 with gaps: the grid is the usual one, and the gaps are said."""
+    # A table of 300 directions as a field of 300 x 300 with gaps: the grid is the usual one, and the gaps are said.
     rng = np.random.default_rng(5)
     zenith, azimuth = np.rad2deg(np.arccos(rng.uniform(0.02, 1, 300))).round(3), rng.uniform(0, 360, 300).round(3)
     (rows, row), (columns, column) = (np.unique(angle, return_inverse=True) for angle in (zenith, azimuth))
@@ -194,15 +190,6 @@ def test_points_that_were_unstacked_are_no_field():
     assert not any("no photon comes" in r or "neighbours fill" in r for r in table.remarks)
     exact = sky.FunctionSky(lambda z, a, nm: radiance(np.rad2deg(z), np.rad2deg(a), 550.0)).irradiance(550.0)
     assert table.values[0] @ table.grid.projected_solid_angle_sr == pytest.approx(exact[0], rel=3e-3)
-
-
-def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
-    made = field()
-    made[0, 2, 3] = np.nan
-    table = read(made)
-    assert any("1 of 84 directions have no value" in remark for remark in table.remarks)
-    seen = table.radiance(np.deg2rad(30.0), np.deg2rad(90.0), 440.0)
-    assert abs(seen / radiance(30, 90, 440.0) - 1) < 0.03
 
 
 @pytest.mark.parametrize(
@@ -223,6 +210,7 @@ def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
         (lambda f: f.isel(wavelength=[1, 0, 1]) * [[[1]], [[1]], [[2]]], {}, "550 nm stands .* twice"),
         (lambda f: xarray.Dataset({"L": f, "M": f}), {}, "2 variables of numbers: 'L', 'M'"),
         (lambda f: f.values, {}, "got ndarray"),
+        (lambda f: xarray.DataArray(np.ones((3, 4)), SHARED, ("a", "b")), {}, "share a part of their dimensions"),
     ],
 )
 def test_refusals_say_what_to_write(change, options, message):
@@ -240,6 +228,7 @@ def test_wavelengths_beyond_those_of_a_table_are_warned_of():
     sky.Scene(wavebands=[440.0, 660.0], n_photons=10, components=read(one.drop_vars("wavelength")))
 
 
+SHARED = {"zenith": (("a", "b"), np.full((3, 4), 30.0)), "azimuth": ("b", np.arange(4) * 90.0)}
 GAPS = np.ma.masked_greater(np.where(np.eye(1, 6) > 0, 1e20, 1.0), 1e10)
 
 
@@ -263,15 +252,19 @@ def test_a_table_in_doubt_is_refused(given, message):
         sky.TabulatedSky(**good | given)
 
 
-def test_the_sun_s_own_angles_are_no_coordinates_of_the_sky():
-    made = field().assign_coords(solar_zenith_angle=40.0, sza=("wavelength", [40.0, 40.0]), saa=10.0)
-    np.testing.assert_array_equal(read(made).values, read(field()).values)
-
-
 @pytest.mark.parametrize("shape", [(4, 3, 1), (4, 3)])
 def test_a_table_whose_wavelengths_stand_last_is_refused(shape):
     with pytest.raises(sky.SceneError, match=r"radiances of shape \(1, n_zenith, n_azimuth\), got "):
         sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones(shape))
+
+
+def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
+    made = field()
+    made[0, 2, 3] = np.nan
+    table = read(made)
+    assert any("1 of 84 directions have no value" in remark for remark in table.remarks)
+    seen = table.radiance(np.deg2rad(30.0), np.deg2rad(90.0), 440.0)
+    assert abs(seen / radiance(30, 90, 440.0) - 1) < 0.03
 
 
 def points(nm=NM, unit="100 mW m-2 nm-1 sr-1", n=150):
@@ -301,9 +294,6 @@ def test_points_of_their_own_wavelengths_are_the_sky_of_the_same_table(tmp_path)
     two = [field.assign_coords(wavelength=nm) for nm, field in made.groupby("wavelength")]
     each = xarray.concat([one.drop_vars("wavelength") for one in two], "band").assign_coords(wavelength=("band", NM))
     np.testing.assert_array_equal(read(each).values, table.values)
-
-
-def test_points_that_cannot_be_grouped_are_a_sentence():
     made = points()
     with pytest.raises(sky.SceneError, match="1 direction at 400 nm; a measured sky needs 3 or more"):
         read(made.assign_coords(wavelength=("point", np.linspace(400, 700, made.size), {"units": "nm"})))
@@ -346,15 +336,6 @@ def test_scans_beyond_the_zenith_and_the_sun():
         read(field(), **sun)
 
 
-def test_the_field_of_our_own_export_is_read():
-    """Its coordinate wavelength is meant, and not sky_wavelength."""
-    scene = sky.Scene(wavebands=NM, n_photons=10, components=dataclasses.replace(PEREZ, irradiance_W_m2_nm=[0.4, 0.2]))
-    table = read(sky.to_xarray(scene.source()).radiance)
-    np.testing.assert_array_equal(table.wavelength_nm, NM)
-    again = sky.Scene(wavebands=NM, n_photons=10, components=table)
-    np.testing.assert_allclose(again.irradiance.of_component[:, 0], [0.4, 0.2], rtol=1e-9)
-
-
 def test_wavebands_far_from_the_wavelengths_of_a_field_are_said():
     """Before, 495 nm had the light of 550 nm without a word."""
     table = sky.TabulatedSky.from_xarray(field())
@@ -362,3 +343,42 @@ def test_wavebands_far_from_the_wavelengths_of_a_field_are_said():
     assert [one for one in scene.notes if "495 nm has the light of 550 nm" in one and "1 of 3 wavebands" in one]
     near = sky.Scene(wavebands=[440.0, 545.0], n_photons=10, components=table)
     assert not [one for one in near.notes if "has the light of" in one]
+
+
+RINGS_DEG = np.arange(5.0, 90.0, 20.0)
+
+
+def smooth(zenith_deg, azimuth_deg):
+    return 2.0 + 1.9 * np.sin(np.deg2rad(zenith_deg)) * np.cos(np.deg2rad(azimuth_deg))
+
+
+def field_like(zenith_deg, azimuth_deg, function):
+    values = function(*np.meshgrid(zenith_deg, azimuth_deg, indexing="ij"))
+    return read(field_of(values, zenith_deg, azimuth_deg))
+
+
+@pytest.mark.parametrize(("n", "first", "error"), [(4, 0.1, 0.4), (24, 0.25, 0.02), (80, 0.5, 0.01), (120, 0.25, 0.01)])
+def test_radiance_beside_the_edges_of_patches(n, first, error):
+    table = field_like(RINGS_DEG, first + np.arange(n) * 360.0 / n, smooth)
+    edges = table.grid.azimuth_bounds_deg.ravel()
+    beside = [np.nextafter(edges, end) for end in (-np.inf, np.inf)]
+    azimuth_deg = np.concatenate([edges, *beside, edges + 360.0, edges - 720.0])
+    found = table.radiance(np.deg2rad(65.0), np.deg2rad(azimuth_deg), 550.0)
+    assert np.abs(found - smooth(65.0, azimuth_deg)).max() < error
+
+
+@pytest.mark.parametrize("zenith_deg", [[0.0, 45.0, 90.0 - 1e-9, 90.0], [40.0, 41.0]])
+def test_a_constant_field_has_no_slope(zenith_deg):
+    table = field_like(np.array(zenith_deg), np.arange(0.0, 360.0, 30.0), lambda zenith, _: np.ones(zenith.shape))
+    assert np.all(table.slope == 0)
+    np.testing.assert_allclose(table.values, 1.0, rtol=1e-14)
+
+
+@pytest.mark.parametrize("scale", [5e-324, 1e-310, 9e29])
+def test_fields_of_any_magnitude(scale):
+    table = field_like(
+        RINGS_DEG, np.arange(0.0, 360.0, 30.0), lambda zenith, _: np.where(zenith < 40, scale, 0.5 * scale)
+    )
+    assert np.all(np.isfinite(table.values))
+    assert table.values.max() == pytest.approx(scale, rel=0.01, abs=0.0)
+    assert np.all(np.abs(table.slope) <= 1)

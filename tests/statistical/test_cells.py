@@ -110,13 +110,6 @@ def test_planted_defects(plan_only, law, cell, defect):
     plan_only.catches(min(p_values(*places(law, cell, planted(law, cell, defect)))))
 
 
-def test_the_plant_itself_is_sound(plan_only):
-    """Without a defect the other generator's photons pass, so what is caught is the defect."""
-    for law in PLACE:
-        for cell in CELLS:
-            assert min(p_values(*places(law, cell, planted(law, cell, "none")))) >= plan_only.level
-
-
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_a_beam_is_one_direction(precision):
     beam = scene(sky.DirectBeam(sun_zenith_deg=35, sun_azimuth_deg=110), 1000)

@@ -9,7 +9,6 @@ import aomc_sky as sky
 from aomc_sky.component import Law
 from aomc_sky.emission import emitter
 from aomc_sky.kernels.arithmetic.constants import ACCEPT_STEP, R2_STEP_V
-from tests.emission.kernels.test_emit import perez_sky
 from tests.support import chi2
 from tests.support.sampled import cell_component, even, scene
 
@@ -79,7 +78,9 @@ def chi_square_with_the_place(source):
 
 def test_a_rejection_does_not_choose_numbers(monkeypatch):
     """A clear sky in coarse patches rejects many; planted: the step of the word that decides."""
-    source = scene(perez_sky(sky.PatchGrid.regular(2, 4)), N).source(seed=3, precision="float64")
+    sun = {"sun_zenith_rad": 0.7, "sun_azimuth_rad": 0.2}
+    model = sky.PerezSky(**sun, epsilon=8.0, delta=0.1, grid=sky.PatchGrid.regular(2, 4))
+    source = scene(model, N).source(seed=3, precision="float64")
     assert max(chi_square_with_the_place(source)) < 1.4
     planted = emitter.NUMBER_STEPS.copy()
     planted[0] = ACCEPT_STEP

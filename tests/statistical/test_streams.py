@@ -1,4 +1,4 @@
-"""Two bands, two seeds, two photons, two methods: never the same random numbers."""
+"""Two bands, seeds, photons and methods never have the same random numbers; a stretch of the order is a fair sample."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from scipy.special import erfc
 import aomc_sky as sky
 from aomc_sky.plan import streams
 from tests.support import chi2
-from tests.support.sampled import TWO_BANDS, even, scene, sky_angles, square_counts, table_of
+from tests.support.sampled import TWO_BANDS, even, scene, sky_angles, square_counts, table_of, uneven_sky
 
 N = 200_000
 
@@ -90,3 +90,50 @@ def test_methods_of_one_seed_are_apart(plan, what, monkeypatch):
     for module in ("streams", "allocation"):
         monkeypatch.setattr(f"aomc_sky.plan.{module}.stream_key", shared_key)
     plan.catches(correlation_p(*method_words(what)))
+
+
+PREFIX = 20_000
+
+
+def without_replacement_p(patches, counts):
+    """Two-sided p-value of a sample without replacement: the chi-square shrinks by (N - n) / (N - 1)."""
+    n, total = patches.size, counts.sum()
+    observed, expected = chi2.pool(np.bincount(patches, minlength=counts.size), counts * (n / total))
+    statistic = chi2.chi2_statistic(observed, expected) * (total - 1) / (total - n)
+    return chi2.statistic_p(statistic, observed.size - 1)
+
+
+@pytest.fixture(scope="module")
+def uneven():
+    return scene(uneven_sky().lower([500]), N).source(seed=9)
+
+
+def test_prefixes(plan, uneven):
+    for start in (0, N // 2, N - PREFIX):
+        plan.check(without_replacement_p(uneven.photons(0, start, start + PREFIX).patch, uneven.counts[0]))
+
+
+@pytest.mark.parametrize("defect", ["patch order", "golden ratio", "linear congruence", "rotation by a key"])
+def test_planted_defects(plan_only, uneven, defect):
+    in_order = np.repeat(np.arange(uneven.counts.shape[1]), uneven.counts[0])
+    i = np.arange(PREFIX)
+    rank = {
+        "patch order": i,
+        "golden ratio": (i * int(N * 0.6180339887498949)) % N,
+        "linear congruence": (i * 48_271 + 7) % N,
+        "rotation by a key": (i + 123_456) % N,
+    }[defect]
+    plan_only.catches(without_replacement_p(in_order[rank], uneven.counts[0]))
+
+
+def neighbours_p(patch):
+    pairs = patch[: patch.size // 2 * 2].reshape(-1, 2)
+    return chi2.chi2_p(np.bincount(pairs[:, 0] * 16 + pairs[:, 1], minlength=256), even(pairs.shape[0], 256))
+
+
+def test_neighbours(plan):
+    """Patch of photon i against patch of photon i + 1, among 16 equal patches; few enough of many for chance."""
+    patch = scene(table_of(np.ones((4, 4))), 50_000_000).source(seed=10).photons(0, 0, 200_000).patch.astype(int)
+    plan.check(neighbours_p(patch))
+    plan.catches(neighbours_p(np.sort(patch)))
+    plan.catches(neighbours_p(np.arange(200_000) * 7 % 16))

@@ -102,19 +102,6 @@ def test_kolmogorov_distances(plan):
     plan.catches(kolmogorov_p(3.5 / np.sqrt(N), N))  # 5e-11
 
 
-def catch_a_tenth(plan, spoilt):
-    plan.catches(spoilt.p_value)
-    assert abs(spoilt.found - 0.1) < 4 * float(spoilt.detail.split()[-1])  # its standard deviation
-
-
-def test_shares_uniform_in_zenith_angle(plan):
-    """P-values of the score are uniform for independent photons, and a share of 10 % is measured."""
-    plan.check(share_below_p([independent_report("clear_day", seed) for seed in range(20)], "share uniform"))
-    source = scene_of("clear_day").source(1, method="iid")
-    directions = uniform_in_zenith_angle(directions_of(source), 0.1)
-    catch_a_tenth(plan, named(direction_report(source, Dependence.INDEPENDENT, directions), "share uniform"))
-
-
 def lambert(directions, share, seed=0):
     """The directions with a share of them from a sky of the same radiance everywhere."""
     rng = np.random.default_rng([seed, 1])
@@ -125,23 +112,25 @@ def lambert(directions, share, seed=0):
     return spoilt
 
 
-def test_shares_of_lambert(plan):
-    """As those above."""
-    day = sky.read_scene(INPUTS / "clear_day" / "amc.inp", iterations=N, wavebands=[3])
+@pytest.mark.parametrize(
+    ("beginning", "spoil", "band"), [("share uniform", uniform_in_zenith_angle, 0), ("share of equal", lambert, 2)]
+)
+def test_shares(plan, beginning, spoil, band):
+    """P-values of the score are uniform for independent photons, and a share of 10 % is measured."""
+    day = sky.read_scene(INPUTS / "clear_day" / "amc.inp", iterations=N, wavebands=[band + 1])
     sources = [day.source(seed, method="iid") for seed in range(20)]
-    reports = [direction_report(source, Dependence.INDEPENDENT, band=2) for source in sources]
-    plan.check(share_below_p(reports, "share of equal"))
-    directions = lambert(directions_of(sources[-1], 2), 0.1)
-    spoilt = direction_report(sources[-1], Dependence.INDEPENDENT, directions, band=2)
-    catch_a_tenth(plan, named(spoilt, "share of equal"))
+    plan.check(share_below_p([direction_report(s, Dependence.INDEPENDENT, band=band) for s in sources], beginning))
+    directions = spoil(directions_of(sources[1], band), 0.1)
+    spoilt = named(direction_report(sources[1], Dependence.INDEPENDENT, directions, band=band), beginning)
+    plan.catches(spoilt.p_value)
+    assert abs(spoilt.found - 0.1) < 4 * float(spoilt.detail.split()[-1])  # its standard deviation
 
 
 def test_one_percent_of_lambert_in_a_million_photons(plan_only):
     """Its size in standard deviations is 0.01 sqrt(N D) = 9.6 in this waveband, D = 0.92 from the masses alone."""
     day = sky.read_scene(INPUTS / "clear_day" / "amc.inp", iterations=1_000_000, wavebands=[3])
     source = day.source(1, method="iid")
-    directions = directions_of(source, 2)
-    report = direction_report(source, Dependence.INDEPENDENT, lambert(directions, 0.01), band=2)
+    report = direction_report(source, Dependence.INDEPENDENT, lambert(directions_of(source, 2), 0.01), band=2)
     check = named(report, "share of equal")
     assert float(check.detail.split()[-1]) == pytest.approx(1 / np.sqrt(1e6 * 0.9215), rel=0.05)
     assert not check.passed
@@ -193,44 +182,22 @@ def test_thinning_is_fair(plan):
     plan.catches(chi2.binomial_p(int(kept[: kept.size // 2].sum() * 2 * 1.01), kept.size, 0.5))
 
 
-@pytest.mark.parametrize(("method", "dependence"), [("stratified", Dependence.PLAN), ("iid", Dependence.INDEPENDENT)])
+@pytest.mark.parametrize(
+    ("method", "dependence"),
+    [
+        ("stratified", Dependence.PLAN),
+        ("iid", Dependence.INDEPENDENT),
+        pytest.param("stratified", Dependence.STRATIFIED, marks=pytest.mark.slow),
+    ],
+)
 def test_one_percent_uniform_in_zenith_angle(plan_only, method, dependence):
-    """At 2e6 photons, in our own stratified run and in an independent file of another code."""
+    """At 2e6 photons: in our own stratified run, in an independent file of another code, and without the plan."""
     source, directions = many(method)
     report = direction_report(source, dependence, uniform_in_zenith_angle(directions, 0.01))
-    assert not named(report, "mu^2:").passed
-    plan_only.catches(named(report, "share uniform").p_value)
-
-
-@pytest.mark.slow
-def test_power_of_one_percent_over_seeds(plan_only):
-    """The same for ten choices of the photons that are spoilt: caught always in our runs, nearly always in theirs."""
-    for method, dependence, most in (("stratified", Dependence.PLAN, 0), ("iid", Dependence.INDEPENDENT, 1)):
-        source, directions = many(method)
-        passed = [direction_report(source, dependence, uniform_in_zenith_angle(directions, 0.01, s)) for s in range(10)]
-        assert sum(map(bool, passed)) <= most
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("method", "dependence"), [("stratified", Dependence.PLAN), ("iid", Dependence.INDEPENDENT)])
-@pytest.mark.parametrize("name", ["night_sky", "light_polluted", "overcast", "perez_sky", "atmosphere_sky"])
-def test_power_of_one_percent_over_scenes(plan_only, name, method, dependence):
-    """Lobes, whose photons lie in cells that zones cut, and skies of all kinds: two seeds each."""
-    made = scene_of(name, MANY)
-    for seed in range(2):
-        source = made.source(seed, method=method)
-        report = direction_report(source, dependence, uniform_in_zenith_angle(directions_of(source), 0.01, seed))
-        assert not report
-        if name == "night_sky":
-            plan_only.catches(named(report, "share uniform").p_value)
-
-
-@pytest.mark.slow
-def test_one_percent_in_stratified_photons_of_unknown_plan():
-    source, directions = many("stratified")
-    spoilt = uniform_in_zenith_angle(directions, 0.01)
-    assert not direction_report(source, Dependence.STRATIFIED, spoilt)
-    assert direction_report(source, Dependence.STRATIFIED, directions)
+    assert not report
+    if dependence is not Dependence.STRATIFIED:
+        assert not named(report, "mu^2:").passed
+        plan_only.catches(named(report, "share uniform").p_value)
 
 
 def turned(directions, degrees):

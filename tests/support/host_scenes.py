@@ -47,7 +47,7 @@ SCENES = {
     "solid angle": lambda: (table(Law.CELL_MU, 7, 11),),
     "disc and table": lambda: (*disc(20), table(Law.CELL_MU2, 6, 9)),
     "everything": everything,
-    "perez": lambda: perez(6, 12),
+    "perez": lambda: perez(9, 12),
     "perez within": lambda: perez(6, 12, within="uniform"),
 }
 

@@ -3,6 +3,7 @@
 import ctypes
 import dataclasses
 import functools
+import itertools
 import shutil
 import subprocess
 import tempfile
@@ -178,13 +179,16 @@ MORE = {
     "disc at the horizon": lambda: disc(89.9),
     "wide disc at the horizon": lambda: disc(88, 4.0),
     "wide disc": lambda: disc(30, 4.0),
-    "perez in narrow cells": lambda: perez(30, 180),
+    "perez in narrow cells": lambda: perez(9, 120),
     "lobes and all": _with_lobes,
     "lobes": lambda: tuple(c for c in _with_lobes() if Law.HG <= c.law <= Law.BECKMANN),
 }
 HOST_SCENES = ("table", "narrow cells", "sparse", "wide cells", "solid angle", "disc and table", "everything", "perez")
 SCENES = (*HOST_SCENES, *MORE)
 LOBES = ("lobes and all", "lobes")
+OPTIONS = ("float32", "float64"), ("shuffled", "patch"), ("r2", "philox", "centre")
+"""Precisions, orders and placements."""
+WAYS = [(name, *way) for name, *way in itertools.product(SCENES, *OPTIONS) if name not in LOBES or way[2] != "centre"]
 
 
 @functools.cache

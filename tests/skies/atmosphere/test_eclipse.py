@@ -11,7 +11,6 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, visible_share
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.sky.method import chosen_lights
-from aomc_sky.skies.atmosphere.sky.path_orders import glow_orders
 from aomc_sky.skies.atmosphere.sky.solve import solve_sky
 from aomc_sky.skies.atmosphere.sky.solved import SkyField, fit_field, patch_means
 from tests.support.atmospheres import molecules_only
@@ -38,14 +37,6 @@ def lights(medium, sun_deg=45.0, **given):
     return chosen_lights(medium, math.radians(sun_deg), **asked)
 
 
-def test_a_moon_far_from_the_sun_changes_no_bit(medium):
-    with_moon = solve_sky(medium, sun_zenith_rad=SUN, moon=moon(10.0, 10.0))
-    without = solve_sky(medium, sun_zenith_rad=SUN)
-    assert (with_moon.method, with_moon.moon, with_moon.visible_share) == ("sos", None, 1.0)
-    np.testing.assert_array_equal(patch_means(with_moon, GRID, 0.3)[0], patch_means(without, GRID, 0.3)[0])
-    np.testing.assert_array_equal(with_moon.direct_irradiance, without.direct_irradiance)
-
-
 def test_reach_of_a_moon_is_never_short(medium):
     """Where it says that nothing is hidden, no place of air or ground sees a part of the sun hidden."""
     across = 2.0 * (medium.earth_radius_m + medium.top_m)
@@ -61,6 +52,11 @@ def test_reach_of_a_moon_is_never_short(medium):
         sun = np.array([np.sin(SUN), 0.0, np.cos(SUN)])
         apart = np.arccos(to_moon @ sun / np.linalg.norm(to_moon))
         assert apart > SUN_RADIUS + np.arcsin(first.radius_m / np.linalg.norm(to_moon))
+    with_moon = solve_sky(medium, sun_zenith_rad=SUN, moon=moon(10.0, 10.0))
+    without = solve_sky(medium, sun_zenith_rad=SUN)
+    assert (with_moon.method, with_moon.moon, with_moon.visible_share) == ("sos", None, 1.0)
+    np.testing.assert_array_equal(patch_means(with_moon, GRID, 0.3)[0], patch_means(without, GRID, 0.3)[0])
+    np.testing.assert_array_equal(with_moon.direct_irradiance, without.direct_irradiance)
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.05, 0.2, 0.4, 0.6])
@@ -81,7 +77,7 @@ def test_left_and_right_change_places_with_the_moon(medium):
     assert not moon(0.1, 0.0).breaks_symmetry
 
 
-def test_field_without_symmetry_takes_sines_too():
+def test_skies_without_symmetry(medium):
     def law(zenith, azimuth):
         u = np.sqrt(1.0 - zenith / (np.pi / 2))
         return (1.0 + u * u) * (2.0 + np.cos(azimuth) - 0.5 * np.sin(2.0 * azimuth))
@@ -89,10 +85,7 @@ def test_field_without_symmetry_takes_sines_too():
     field = fit_field(law, n_zenith=5, n_azimuth=7, is_mirrored=False)
     np.testing.assert_allclose(field.at(ZENITH, AZIMUTH), law(ZENITH, AZIMUTH), rtol=0, atol=1e-13)
     assert np.abs(fit_field(law, n_zenith=5, n_azimuth=7).at(ZENITH, AZIMUTH) - law(ZENITH, AZIMUTH)).max() > 0.1
-
-
-def test_patches_of_a_sky_without_symmetry_are_all_their_own(medium):
-    """Means of sin(azimuth) over columns around the sun are odd; mirrored columns would be alike."""
+    # Means of sin(azimuth) over columns around the sun are odd; mirrored columns would be alike.
     sky = solve_sky(medium, sun_zenith_rad=SUN, n_orders=1)
     coefficient = np.zeros((1, 1, 1, 3))
     coefficient[..., 0], coefficient[..., 2] = 2.0, 1.0
@@ -100,14 +93,6 @@ def test_patches_of_a_sky_without_symmetry_are_all_their_own(medium):
     sky = dataclasses.replace(sky, moon=beside, later_orders=SkyField(coefficient=coefficient, is_mirrored=False))
     mean = patch_means(sky, GRID, 0.0)[0][0, 1].reshape(3, 4)
     np.testing.assert_allclose(mean, np.tile(2.0 + 2.0 / np.pi * np.array([1, 1, -1, -1]), (3, 1)), rtol=1e-12)
-
-
-def test_glow_is_linear_in_the_radiance_of_the_ground(medium):
-    zenith = np.radians([10.0, 70.0])
-    one, two = (glow_orders(medium, np.array([r]), zenith, 5, n_listed=3, n_paths=64) for r in (1.0, 2.0))
-    np.testing.assert_array_equal(two[0], 2.0 * one[0])
-    assert two[1] == pytest.approx(one[1], rel=1e-12)
-    assert one[0].shape == (1, 3, 2)
 
 
 def test_glow_is_added_to_the_sky_of_the_sun(medium):
@@ -118,11 +103,6 @@ def test_glow_is_added_to_the_sky_of_the_sun(medium):
     more = patch_means(lit, GRID, 0.0)[0] - patch_means(sky, GRID, 0.0)[0]
     np.testing.assert_allclose(more, np.broadcast_to(coefficient[..., 0], more.shape), rtol=1e-12)
     np.testing.assert_allclose(lit.at(ZENITH, AZIMUTH) - sky.at(ZENITH, AZIMUTH), 1.75, rtol=1e-12)
-
-
-def test_a_moon_inside_the_earth_is_refused():
-    with pytest.raises(SceneError):
-        Moon(zenith_rad=0.0, distance_m=1e6)
 
 
 def test_what_shines_and_how_it_is_solved(medium):
@@ -136,3 +116,5 @@ def test_what_shines_and_how_it_is_solved(medium):
         lights(medium, moon=moon(0.1), method="sos")
     with pytest.raises(SceneError, match="108"):
         lights(medium, 130.0, ground_radiance=np.zeros(1))
+    with pytest.raises(SceneError):
+        Moon(zenith_rad=0.0, distance_m=1e6)

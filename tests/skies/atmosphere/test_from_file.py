@@ -14,7 +14,7 @@ MARINE = INPUTS / "atmosphere" / "clear_marine.atmo"
 FEW = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 20.0, "n_orders": 1, "grid": sky.PatchGrid.regular(6, 8)}
 
 
-def test_it_is_the_sky_of_the_medium():
+def test_it_is_the_sky_of_the_medium(tmp_path):
     found = sky.AtmosphereSky.from_file(str(MARINE), wavelength_nm=[440.0, 560.0], **FEW)
     medium, _ = read_medium(sky.read_atmo(MARINE), [440.0, 560.0])
     expected = sky.AtmosphereSky(medium=medium, **FEW)
@@ -22,6 +22,18 @@ def test_it_is_the_sky_of_the_medium():
     np.testing.assert_array_equal(found.patch_mean, expected.patch_mean)
     np.testing.assert_array_equal(found.direct_irradiance, expected.direct_irradiance)
     assert found.solved.n_orders == 1
+    # The description names spectra/..., here by an absolute path of another folder.
+    shutil.copytree(MARINE.parent / "spectra", tmp_path / "tables")
+    (tmp_path / "own").mkdir()
+    text = MARINE.read_text().replace("file spectra/", "file ../tables/").replace("file phase/", "file ../tables/")
+    shutil.copy(MARINE.parent / "phase" / "sea_salt.csv", tmp_path / "tables")
+    moved = tmp_path / "own" / "clear.atmo"
+    moved.write_text(text)
+    with pytest.raises(InputFileError, match="--allow-path"):
+        sky.AtmosphereSky.from_file(moved, wavelength_nm=560.0, **FEW)
+    found = sky.AtmosphereSky.from_file(moved, wavelength_nm=560.0, allow_paths=[tmp_path / "tables"], **FEW)
+    same = sky.AtmosphereSky.from_file(MARINE, wavelength_nm=560.0, **FEW)
+    np.testing.assert_array_equal(found.patch_mean, same.patch_mean)
 
 
 @pytest.mark.parametrize("name", ["molecules_only", "clear_marine", "continental", "hazy"])
@@ -39,18 +51,3 @@ def test_the_shipped_descriptions_reach_from_380_to_900_nm(name):
     assert np.all(light > 0)
     assert np.all(np.diff(found.direct_irradiance[3:]) < 0)  # the sun's own light falls, too
     assert np.all(found.direct_irradiance > 0.1)
-
-
-def test_tables_elsewhere_want_a_word(tmp_path):
-    """The description names spectra/..., here by an absolute path of another folder."""
-    shutil.copytree(MARINE.parent / "spectra", tmp_path / "tables")
-    (tmp_path / "own").mkdir()
-    text = MARINE.read_text().replace("file spectra/", "file ../tables/").replace("file phase/", "file ../tables/")
-    shutil.copy(MARINE.parent / "phase" / "sea_salt.csv", tmp_path / "tables")
-    moved = tmp_path / "own" / "clear.atmo"
-    moved.write_text(text)
-    with pytest.raises(InputFileError, match="--allow-path"):
-        sky.AtmosphereSky.from_file(moved, wavelength_nm=560.0, **FEW)
-    found = sky.AtmosphereSky.from_file(moved, wavelength_nm=560.0, allow_paths=[tmp_path / "tables"], **FEW)
-    same = sky.AtmosphereSky.from_file(MARINE, wavelength_nm=560.0, **FEW)
-    np.testing.assert_array_equal(found.patch_mean, same.patch_mean)

@@ -31,15 +31,11 @@ def test_the_oracle_is_the_paper():
 
 
 @pytest.mark.parametrize("path", AIR, ids=lambda path: f"{path.parent.name}-{path.stem}")
-def test_molecules_have_the_cross_section_of_air(path):
+def test_molecules_have_the_cross_section_and_depth_of_air(path):
     (air,) = (one for one in read_atmo(path).scatterers if one.name == "air")
     assert largest_error(air.cross_section_1um_m2, air.angstrom_exponent) < CLOSE
     low, high = air.cross_section_1um_m2 * ENDS_UM**-air.angstrom_exponent / cross_section_m2(ENDS_UM) - 1.0
     assert (100 * low, 100 * high) == (pytest.approx(-0.75, abs=0.05), pytest.approx(-1.77, abs=0.05))
-
-
-@pytest.mark.parametrize("path", AIR, ids=lambda path: f"{path.parent.name}-{path.stem}")
-def test_molecules_have_the_optical_depth_of_air(path):
     medium, report = read_medium(read_atmo(path))
     wavelength = medium.wavelength_nm / 1000.0
     inside = (wavelength > 0.399) & (wavelength < 0.701)

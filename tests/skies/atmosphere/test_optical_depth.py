@@ -1,4 +1,4 @@
-"""Optical depths against 40-digit quadrature, closed forms and the reference table, from 1 m to 1 Mm."""
+"""Optical depths against 40-digit quadrature, closed forms and tables, from 1 m to 1 Mm; the beam that is left."""
 
 from dataclasses import replace
 
@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.skies.atmosphere.backward import SHELL_TOLERANCE, uniform_shells
+from aomc_sky.skies.atmosphere.lights import ground_beam
 from aomc_sky.skies.atmosphere.optical_depth import N_GAUSS, N_NODES, optical_depth_to_top, vertical_optical_depth
 from tests.reference.spherical import exponential_column
 from tests.skies.atmosphere.reference_tables import MEDIA, needs_tables, rows
@@ -45,15 +46,12 @@ def test_a_uniform_atmosphere_measures_the_way(top_m):
             assert abs(optical_depth_to_top(medium, 0.0, zenith)[0] / float(3 * way / top_m) - 1) < UNIFORM_ERROR
 
 
-def test_the_ground_is_in_the_way():
+def test_wavelengths_no_constituent_and_the_ground():
     medium = exponential(1.0)
     dip = np.arccos(EARTH_RADIUS_M / (EARTH_RADIUS_M + 1000.0))
     zenith = np.pi / 2 + dip * np.array([0.0, 0.999, 1.001, 20.0])
     assert np.isfinite(optical_depth_to_top(medium, 1000.0, zenith)[0]).tolist() == [True, True, False, False]
     assert np.isinf(optical_depth_to_top(medium, 0.0, np.radians(90.001))[0])
-
-
-def test_every_wavelength_and_no_constituent():
     two = optical_depth_to_top(full([450.0, 550.0]), np.array([0.0, 1e4, 120e3]), 0.7)
     assert two.shape == (2, 3)
     one = optical_depth_to_top(full(550.0), np.array([0.0, 1e4, 120e3]), 0.7)
@@ -70,13 +68,16 @@ def with_density(density, kinks_m):
     return medium_of([part], 550.0)
 
 
-def test_the_profile_follows_a_thin_layer_and_an_undeclared_jump():
+def test_profiles_of_thin_layers_jumps_and_many_scales():
     column = optical_depth_to_top(with_density(lambda h: np.exp(-(((h - 85e3) / 200.0) ** 2)), []), 0.0, 0.0)[0]
     assert column == pytest.approx(200.0 * np.sqrt(np.pi), rel=1e-10)
     declared = optical_depth_to_top(with_density(lambda h: (h < 12345.6).astype(float), [12345.6]), 0.0, 1.5)[0]
     hidden = optical_depth_to_top(with_density(lambda h: (h < 12345.6).astype(float), []), 0.0, 1.5)[0]
     assert hidden == pytest.approx(declared, rel=1e-5)
     assert declared != hidden
+    (part,) = exponential(1.0).constituents
+    thin = replace(part, name="thin", number_density=atmospheres.exponential_profile(1 / 30.0, 30.0))
+    np.testing.assert_allclose(vertical_optical_depth(medium_of([part, thin], 550.0))[0], [1.0, 1.0], rtol=1e-10)
 
 
 def test_shells_keep_columns_and_kinks():
@@ -100,14 +101,8 @@ def test_shells_are_thin_beside_the_scale_height(top_m):
     assert np.max((thickness / scale) ** 2 / 24) < 1.01 * SHELL_TOLERANCE
 
 
-def test_a_profile_of_many_scales():
-    (part,) = exponential(1.0).constituents
-    thin = replace(part, name="thin", number_density=atmospheres.exponential_profile(1 / 30.0, 30.0))
-    np.testing.assert_allclose(vertical_optical_depth(medium_of([part, thin], 550.0))[0], [1.0, 1.0], rtol=1e-10)
-
-
 @needs_tables
-def test_reference_slant_depths():
+def test_reference_slant_depths_and_beams():
     table = rows("spherical_direct.csv")
     for row in table:
         ozone = () if row["case"] == "rayleigh" else (0.0, float(row["ozone_cross_section_m2"]))
@@ -116,3 +111,27 @@ def test_reference_slant_depths():
         assert abs(depth / float(row["tau_slant"]) - 1) < 1e-9
         assert abs(vertical_optical_depth(medium).sum() / float(row["tau_vertical"]) - 1) < 1e-9
     assert len(table) == 40
+    table = rows("spherical_flux.csv")
+    for row in table:
+        medium = MEDIA[row["case"]](float(row["wavelength_nm"]))
+        found = ground_beam(medium, np.radians(float(row["sza_deg"]))).irradiance[0]
+        assert found == pytest.approx(float(row["E_direct"]), rel=1e-8, abs=1e-16)
+    assert len(table) == 45
+
+
+RADIUS_RAD = np.radians(0.2666)
+
+
+def test_the_beam_at_the_ground():
+    medium = replace(full([450.0, 550.0]), toa_irradiance=np.array([2.0, 3.0]), sun_angular_radius_rad=RADIUS_RAD)
+    for sun_deg in (0.0, 60.0, 89.0, 89.99):
+        sun = np.radians(sun_deg)
+        beam = ground_beam(medium, sun)
+        np.testing.assert_allclose(beam.optical_depth, optical_depth_to_top(medium, 0.0, sun), rtol=0)
+        expected = np.cos(sun) * np.array([2.0, 3.0]) * np.exp(-beam.optical_depth)
+        np.testing.assert_allclose(beam.irradiance, expected, rtol=1e-15)
+    found = ground_beam(exponential(0.1), np.radians([89.0, 89.999, 90.0, 90.001, 91.0, 180.0])).irradiance[0]
+    assert np.all(np.diff(found[:3]) < 0)
+    assert found[2:].tolist() == [0.0] * 4
+    assert np.isfinite(ground_beam(exponential(0.1), np.pi / 2).optical_depth[0])
+    assert np.isinf(ground_beam(exponential(0.1), np.radians(90.001)).optical_depth[0])

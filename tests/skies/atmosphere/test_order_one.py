@@ -48,16 +48,6 @@ def test_flat_layer(tau, sun_deg):
     np.testing.assert_allclose(found[seen], expected[seen], rtol=1e-6)
 
 
-def test_two_flat_layers_of_different_air():
-    upper, lower = Layer(tau_rayleigh=0.3, tau_absorber=0.8), Layer(tau_hg=0.5, g=0.85, omega_hg=0.9)
-    sun, zenith, azimuth = np.radians(50.0), np.radians([20.0, 80.0]), np.array([0.5, 2.0])
-    found = scattered_once(atmospheres.plane_parallel([upper, lower]), sun, zenith, azimuth)[0]
-    mu0, mu = float(np.cos(sun)), np.cos(zenith)
-    above = 0.3 / 1.1 * one_layer(1.1, mu0, mu) * np.exp(-0.5 / mu)
-    below = 0.9 * one_layer(0.5, mu0, mu) * np.exp(-1.1 / mu0)
-    np.testing.assert_allclose(found, [above, below], rtol=1e-7)
-
-
 def compare(medium, cases_deg, rtol, cuts_m=CUTS_M):
     slow = SlowRays(medium, cuts_m)
     for sun, zenith, azimuth in np.radians(cases_deg).tolist():
@@ -68,10 +58,7 @@ def compare(medium, cases_deg, rtol, cuts_m=CUTS_M):
 def test_slow_vectors():
     compare(molecules_only(550.0), [(92.0, 85.0, 180.0), (90.01, 0.0, 0.0)], 1e-7)
     compare(atmospheres.mol_ozone(600.0), [(90.0, 90.0, 0.0), (92.0, 85.0, 180.0)], 1e-6)
-
-
-def test_slow_vectors_over_a_cloud():
-    """Densities that jump; under a level sun only the upper metre of the cloud is lit."""
+    # Densities that jump; under a level sun only the upper metre of the cloud is lit.
     cloud = replace(
         exponential(0.5, phase=atmospheres.henyey_greenstein_phase(0.85)).constituents[0],
         name="cloud",
@@ -82,15 +69,6 @@ def test_slow_vectors_over_a_cloud():
     compare(medium, [(85.0, 89.0, 180.0), (90.0, 60.0, 0.0)], 3e-7, (1e3, 2e3, 2.9e3, 2.99e3, 2.999e3, 3e3, 4e3, 30e3))
 
 
-@pytest.mark.slow
-def test_slow_vectors_all_over_the_sky():
-    suns, zeniths = (60.0, 88.0, 90.34, 96.0), (0.0, 85.0, 89.7, 90.0)
-    cases = [(s, z, a) for s in suns for z in zeniths for a in (0.0, 90.0, 180.0)]
-    lit = [c for c in cases if solve_order_one(full(550.0), np.radians(c[0]), *np.radians([c[1:]]).T)[0, 0] > 1e-30]
-    compare(molecules_only(400.0), lit, 2e-6)
-    compare(full(550.0), lit, 2e-6)
-
-
 def with_nodes(n, solve, *arguments):
     """Light scattered once with so many Gauss nodes on a panel."""
     with pytest.MonkeyPatch.context() as patch:
@@ -98,22 +76,17 @@ def with_nodes(n, solve, *arguments):
         return solve(*arguments)
 
 
-def test_the_horizon_is_the_end_of_a_smooth_sky():
+def test_the_horizon_and_sunset_make_no_jump():
     medium = full([450.0, 550.0])
-    zenith = np.array([HALF_PI, np.radians(90 - 1e-9), np.radians(90 - 1e-5)])
-    for sun in (0.5, HALF_PI - 1e-9, HALF_PI):
-        level = solve_order_one(medium, sun, zenith, np.full(3, 2.0))
-        assert np.all(level > 0)
+    zenith = np.array([HALF_PI, np.radians(90 - 1e-9), np.radians(90 - 1e-5), 0.0, 1.0])
+    at = solve_order_one(medium, HALF_PI, zenith, np.full(5, 2.0))
+    assert np.all(at > 0)
+    for sun in (0.5, HALF_PI - 1e-10, HALF_PI + 1e-10):
+        level = solve_order_one(medium, sun, zenith, np.full(5, 2.0))
         np.testing.assert_allclose(level[:, 1], level[:, 0], rtol=1e-7)
         np.testing.assert_allclose(level[:, 2], level[:, 0], rtol=1e-4)
-
-
-def test_the_sun_sets_without_a_jump():
-    medium = full([450.0, 550.0])
-    zenith, azimuth = np.radians([0.0, 60.0, 89.0]), np.array([0.0, 1.0, 2.0])
-    above, at, below = (solve_order_one(medium, HALF_PI + x, zenith, azimuth) for x in (-1e-10, 0.0, 1e-10))
-    np.testing.assert_allclose(above, at, rtol=1e-7)
-    np.testing.assert_allclose(below, at, rtol=1e-7)
+        if sun > 1:
+            np.testing.assert_allclose(level[:, [0, 3, 4]], at[:, [0, 3, 4]], rtol=1e-7)
 
 
 def test_into_the_sun():

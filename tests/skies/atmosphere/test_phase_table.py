@@ -58,12 +58,18 @@ def test_the_error_of_the_norm_is_what_the_steps_make(g):
     assert law.norm_error[0] < 3e-4
 
 
-def test_columns_are_blended_after_their_norm():
+def test_columns_are_blended_after_their_norm(tmp_path):
     values = np.stack([hg(0.6, ANGLES), 7.0 * hg(0.8, ANGLES)])
     law = tabulated_phase(table(ANGLES, values, (400.0, 600.0)), np.array([400.0, 450.0, 600.0]))
     np.testing.assert_allclose(law.norm, [1.0, 2.5, 7.0], rtol=3e-4)
     np.testing.assert_allclose(law.value[1], 0.75 * law.value[0] + 0.25 * law.value[2], rtol=1e-14)
     assert by_quad(law.angle_rad, law.value[1]) == pytest.approx(1.0, rel=2e-13)
+    (part,) = read_atmo(scene(tmp_path, "file t.csv", t="# made by hand\n\n" + GOOD)).scatterers
+    law = part.phase_function
+    assert law.text == "file t.csv"
+    np.testing.assert_array_equal(law.angle_deg, [0.0, 90.0, 180.0])
+    np.testing.assert_array_equal(law.wavelength_nm, [400.0, 600.0])
+    np.testing.assert_array_equal(law.value, [[3.0, 1.0, 1.0], [2.0, 1.0, 0.0]])
 
 
 def sea_salt():
@@ -154,15 +160,6 @@ def test_a_table_gives_the_sky_of_the_formula_it_was_made_of(tmp_path, method):
 GOOD = "angle [deg], 400, 600\n0, 3, 2\n90, 1, 1\n180, 1, 0\n"
 
 
-def test_a_table_of_two_wavelengths_is_read(tmp_path):
-    (part,) = read_atmo(scene(tmp_path, "file t.csv", t="# made by hand\n\n" + GOOD)).scatterers
-    law = part.phase_function
-    assert law.text == "file t.csv"
-    np.testing.assert_array_equal(law.angle_deg, [0.0, 90.0, 180.0])
-    np.testing.assert_array_equal(law.wavelength_nm, [400.0, 600.0])
-    np.testing.assert_array_equal(law.value, [[3.0, 1.0, 1.0], [2.0, 1.0, 0.0]])
-
-
 @pytest.mark.parametrize(
     ("text", "code", "message"),
     [
@@ -189,12 +186,9 @@ def test_a_bad_table_gets_one_sentence(tmp_path, text, code, message):
     assert all(problem.advice for problem in caught.value.problems)
 
 
-def test_a_file_and_a_code_block_are_refused(tmp_path):
+def test_files_that_are_doubtful(tmp_path):
     with pytest.raises(InputFileError, match="names a file and has a code block"):
         read_atmo(scene(tmp_path, "file t.csv\n```\nreturn vec4(1.0);\n```", t="0, 1\n180, 1\n"))
-
-
-def test_angles_too_far_apart_are_warned_of(tmp_path):
     coarse = np.arange(0.0, 181.0, 20.0)
     with pytest.warns(InputWarning) as caught:
         read_medium(read_atmo(scene(tmp_path, "file t.csv", t=rows(coarse, hg(0.85, coarse)))))

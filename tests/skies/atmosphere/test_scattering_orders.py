@@ -3,14 +3,17 @@
 import dataclasses
 import itertools
 
+import mpmath
 import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid, trapezoid
 
-from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top
+from aomc_sky.errors import SceneError
+from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top, vertical_optical_depth
 from aomc_sky.skies.atmosphere.scattering_orders import diffuse
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, source_functions
-from aomc_sky.skies.atmosphere.scattering_orders.paths import ShellPaths
+from aomc_sky.skies.atmosphere.scattering_orders.orders import legendre_table, phase_moments
+from aomc_sky.skies.atmosphere.scattering_orders.paths import ShellPaths, node_paths
 from aomc_sky.skies.atmosphere.scattering_orders.slab import altitude_grid, slabs_of_medium
 from aomc_sky.skies.atmosphere.sky.solve import solve
 from tests.support import atmospheres
@@ -90,18 +93,6 @@ def ground_irradiance(sky):
     return sky.direct_irradiance + sky.irradiance_by_order.sum(axis=1)
 
 
-def test_ground_is_an_interaction():
-    """A white ground changes order 2 and not order 1, by what a uniform ground radiance gives."""
-    black, white = (
-        by_order(solve_layers(one_layer(0.2), albedo, 0.5, np.array([0.3]), n_orders=2, n_listed=2), AZIMUTH)
-        for albedo in (0.0, 1.0)
-    )
-    np.testing.assert_array_equal(black[0, 0], white[0, 0])
-    reflected = (white - black)[0, 1, 0]
-    np.testing.assert_allclose(reflected, reflected[0], rtol=1e-12)
-    assert reflected[0] > 0.01
-
-
 @pytest.mark.parametrize(("depth", "albedo"), [(0.1, 0.0), (1.0, 0.8), (5.0, 1.0)])
 def test_geometric_rest_is_what_more_orders_bring(depth, albedo):
     zenith = np.deg2rad([10.0, 80.0])
@@ -111,7 +102,7 @@ def test_geometric_rest_is_what_more_orders_bring(depth, albedo):
     assert summed.irradiance_by_order.sum() == pytest.approx(counted.irradiance_by_order.sum(), rel=1e-6)
 
 
-def test_orders_stop_exactly():
+def test_orders_stop_exactly_and_scale_with_the_sun():
     zenith = np.deg2rad([10.0, 80.0])
     every = solve_layers(one_layer(0.5), 0.3, 0.8, zenith, n_listed=6)
     first = solve_layers(one_layer(0.5), 0.3, 0.8, zenith, n_orders=4, n_listed=2)
@@ -121,16 +112,25 @@ def test_orders_stop_exactly():
     assert np.all(each > 0.0)
     alone = solve_layers(one_layer(0.5), 0.3, 0.8, zenith, n_orders=1)
     np.testing.assert_array_equal(later_orders(alone.orders, AZIMUTH), 0.0)
-
-
-def test_a_direction_does_not_depend_on_its_company():
-    many = np.deg2rad(np.linspace(0.0, 90.0, 19))
-    together = later_orders(solve_layers(one_layer(0.3), 0.1, 0.4, many).orders, AZIMUTH)
-    alone = later_orders(solve_layers(one_layer(0.3), 0.1, 0.4, many[[7]]).orders, AZIMUTH)
-    np.testing.assert_allclose(alone[:, 0], together[:, 7], rtol=1e-12)
+    factor, zenith = np.array([2.0, 0.5]), np.deg2rad([30.0, 85.0])
+    one = dataclasses.replace(atmospheres.molecules_only([400.0, 600.0], albedo=0.2), n_orders=ALL_ORDERS)
+    two = dataclasses.replace(one, toa_irradiance=factor)
+    first, second = (solve_flat(medium, 1.0, zenith, n_listed=2) for medium in (one, two))
+    np.testing.assert_allclose(by_order(second, AZIMUTH), factor[:, None, None, None] * by_order(first, AZIMUTH))
+    np.testing.assert_allclose(ground_irradiance(second), factor * ground_irradiance(first))
 
 
 def test_resolution_error_covers_a_finer_solution(monkeypatch):
+    medium = atmospheres.molecules_only(450.0, 0.2)
+    zenith = np.array([0.2, 1.4])
+
+    def found(n_directions):
+        return diffuse.solve_orders(dataclasses.replace(medium, least_angles=n_directions), 0.7, zenith).later_modes
+
+    np.testing.assert_array_equal(found(1600), found(0))  # 20 nodes are there in any case
+    assert np.any(found(1601) != found(0))
+    np.testing.assert_allclose(found(1601).sum(axis=1)[:, 0], found(0).sum(axis=1)[:, 0], rtol=1e-4)
+    assert [diffuse.least_nodes(n) for n in (0, 2**31 - 1)] == [0, 64]
     zenith = np.deg2rad([20.0, 70.0, 88.8])
     sky = solve_layers(one_layer(0.4), 0.0, 1.2, zenith).orders
     fine = diffuse.Resolution(n_mu=48, n_element=24, n_moments=3)
@@ -158,36 +158,6 @@ def test_a_uniform_glow_shows_the_optical_depth_of_every_line(medium):
     np.testing.assert_allclose(seen.T[~misses], 1.0, rtol=1e-12)
     from_ground = optical_depth_to_top(medium, 0.0, np.arccos(mu))[0]
     np.testing.assert_allclose(view.sum(axis=1), -np.expm1(-from_ground), rtol=1e-9)
-
-
-def test_irradiance_of_the_sun_scales_everything():
-    factor, zenith = np.array([2.0, 0.5]), np.deg2rad([30.0, 85.0])
-    one = dataclasses.replace(atmospheres.molecules_only([400.0, 600.0], albedo=0.2), n_orders=ALL_ORDERS)
-    two = dataclasses.replace(one, toa_irradiance=factor)
-    first, second = (solve_flat(medium, 1.0, zenith, n_listed=2) for medium in (one, two))
-    np.testing.assert_allclose(by_order(second, AZIMUTH), factor[:, None, None, None] * by_order(first, AZIMUTH))
-    np.testing.assert_allclose(ground_irradiance(second), factor * ground_irradiance(first))
-
-
-def test_series_times_cosine():
-    modes = np.array([[1.0], [0.3], [-0.2], [0.7]])
-    product = diffuse.times_cosine(modes)
-    series = np.cos(np.arange(4)[:, None] * AZIMUTH)
-    longer = np.cos(np.arange(5)[:, None] * AZIMUTH)
-    np.testing.assert_allclose(product.T @ longer, (modes.T @ series) * np.cos(AZIMUTH), atol=1e-15)
-
-
-def test_a_wish_for_more_directions():
-    medium = atmospheres.molecules_only(450.0, 0.2)
-    zenith = np.array([0.2, 1.4])
-
-    def found(n_directions):
-        return diffuse.solve_orders(dataclasses.replace(medium, least_angles=n_directions), 0.7, zenith).later_modes
-
-    np.testing.assert_array_equal(found(1600), found(0))  # 20 nodes are there in any case
-    assert np.any(found(1601) != found(0))
-    np.testing.assert_allclose(found(1601).sum(axis=1)[:, 0], found(0).sum(axis=1)[:, 0], rtol=1e-4)
-    assert [diffuse.least_nodes(n) for n in (0, 2**31 - 1)] == [0, 64]
 
 
 SUN = np.deg2rad(40.0)
@@ -233,3 +203,74 @@ def test_radiance_overhead_is_the_integral_of_the_source():
     for k in range(3):
         logarithm = np.interp(altitude, found.altitude_m[::-1], np.log(found.by_order[0, k, ::-1, 0, 0]))
         assert trapezoid(np.exp(logarithm - depth), altitude) == pytest.approx(radiance[k + 1], rel=2e-3)
+
+
+def test_addition_theorem_at_high_degree():
+    one, two, azimuth, n = 0.3, -0.8, 2.2, 150
+    first, second = (legendre_table(np.array([x]), n, n)[:, :, 0] for x in (one, two))
+    cosine = one * two + np.sqrt((1 - one**2) * (1 - two**2)) * np.cos(azimuth)
+    terms = np.where(np.arange(n) == 0, 1.0, 2.0) * np.cos(np.arange(n) * azimuth)
+    for degree in (0, 1, 60, 149):
+        m = np.arange(degree + 1)
+        found = np.sum(terms[m] * first[m, degree - m] * second[m, degree - m])
+        assert found == pytest.approx(float(mpmath.legendre(degree, cosine)), abs=1e-12)
+
+
+def test_moments_of_phase_functions():
+    sharp = phase_moments(lambda cosine: atmospheres.peaked_phase(cosine, 0), 4)
+    assert sharp[0] == 1.0
+    x = (np.arange(200_000) + 0.5) / 200_000
+    cosine = 1.0 - 2.0 * x**4
+    mean = np.mean(16.0 * np.pi * x**3 * cosine * atmospheres.peaked_phase(cosine, 0))
+    assert sharp[1] == pytest.approx(mean, rel=1e-7)
+    with pytest.raises(SceneError, match=r"integral 1\.1 over the sphere"):
+        phase_moments(lambda cosine: np.full_like(cosine, 1.1 / (4.0 * np.pi)), 4)
+    # A stair: its moments are differences of Legendre functions, x_l = 2 pi h (P_l-1 - P_l+1)(c) / (2 l + 1).
+    at, low, high = np.array([-0.97, 0.3]), 0.01, 0.1
+    last = (1.0 / (2.0 * np.pi) - low * (at[1] - at[0]) - high * (1.0 - at[1])) / (at[0] + 1.0)
+    found = phase_moments(lambda c: np.where(c > at[1], high, np.where(c > at[0], low, last)), 40)
+    for degree in range(1, 40):
+        values = [np.polynomial.legendre.legval(at, np.eye(42)[degree + k]) for k in (-1, 1)]
+        steps = np.array([low - last, high - low])
+        expected = 2.0 * np.pi * steps @ (values[0] - values[1]) / (2 * degree + 1)
+        np.testing.assert_allclose(found[degree], expected, rtol=0.0, atol=1e-9)
+
+
+def test_a_line_that_turns_inside_an_element():
+    """What arrives of sources 1 and s, from this side of the lowest point and from beyond it, in closed form."""
+    share = np.array([[0.2, 0.4, 0.6, 0.8]])
+    crossed, below = np.full((4, 1, 1), 0.7), np.array([[0.6], [0.4], [0.1], [0.0]])
+    paths = node_paths(share, crossed, below, np.full((4, 1, 1), 0.65), np.full((4, 1), 10.0), np.array([[0.7]]))
+    assert paths.over is not None
+    np.testing.assert_allclose(paths.up.sum(axis=2)[0, :3], -np.expm1(-below[:3, 0]), rtol=1e-12)
+    both = (paths.up + paths.over).sum(axis=2)[0, :3]
+    np.testing.assert_allclose(both, -np.expm1(-(below[:3, 0] + 0.7)), rtol=1e-12)
+    start, near = share[0, :3], below[:3, 0]
+    from_here = start * -np.expm1(-near) + (0.65 - start) / near * (1 - (1 + near) * np.exp(-near))
+    beyond = 0.65 * np.exp(-near) * (-np.expm1(-0.7) - (1 - 1.7 * np.exp(-0.7)) / 0.7)
+    np.testing.assert_allclose((paths.up @ share[0])[0, :3], from_here, rtol=1e-11)
+    np.testing.assert_allclose((paths.over @ share[0])[0, :3], beyond, rtol=1e-11)
+
+
+@pytest.mark.parametrize("medium", [atmospheres.full([450.0, 600.0]), atmospheres.mol_ozone([550.0])])
+def test_columns_of_a_medium(medium):
+    sun = np.deg2rad(80.0)
+    grid = altitude_grid(medium, 8)
+    assert set(atmospheres.OZONE_KINKS_M) <= set(grid.edge_m)
+    assert np.all(np.diff(grid.edge_m) < 0.0)
+    for row, slab in enumerate(slabs_of_medium(medium, grid, sun)):
+        assert slab.edge_depth[-1] == pytest.approx(vertical_optical_depth(medium)[row].sum(), rel=1e-9)
+        assert np.all((slab.share > 0.0) & (slab.share < 1.0))
+        share = slab.scattering.sum(axis=0)
+        assert np.all((share > 0.0) & (share <= 1.0 + 1e-12))
+        depth = optical_depth_to_top(medium, grid.node_m.ravel(), float(sun))[row]
+        np.testing.assert_allclose(slab.beam.ravel(), np.exp(-depth), rtol=1e-12)
+
+
+def test_a_wavelength_that_sees_nothing():
+    both = atmospheres.medium_of([atmospheres.molecules(np.array([400.0, 500.0]))], [400.0, 500.0])
+    both.constituents[0].scattering_m2[1] = 0.0
+    seen, empty = slabs_of_medium(both, altitude_grid(both, 6), 0.3)
+    assert np.all(np.diff(empty.edge_depth) > 0.0)
+    assert empty.edge_depth[-1] < 1e-12 < seen.edge_depth[-1]
+    assert np.all((empty.share > 0.0) & (empty.share < 1.0))

@@ -66,18 +66,12 @@ def test_orders_add_up_and_azimuths_mirror():
     np.testing.assert_allclose(found.radiance[..., 4], found.radiance[..., 5], rtol=1e-13)
     assert np.all(found.standard_error > 0)
     assert np.all(found.standard_error < 0.02 * found.radiance)
-
-
-def test_truncation_is_what_more_orders_bring():
     few, most = (
         solve(AIR, sun_zenith_rad=SUN, sky_zenith_rad=[0.5], azimuth_from_sun_rad=[0.0], n_orders=n)
         for n in (3, MOST_LISTED + 16)
     )
     np.testing.assert_allclose(1 - few.diffuse_irradiance / most.diffuse_irradiance, few.truncation, rtol=0.01)
     assert np.all(most.truncation < 1e-9)
-
-
-def test_the_irradiance_of_the_sky_by_another_quadrature():
     nodes, weights = np.polynomial.legendre.leggauss(48)
     t, w = (nodes + 1) / 2, weights / 2
     mu = t**2  # crowded at the horizon
@@ -85,6 +79,10 @@ def test_the_irradiance_of_the_sky_by_another_quadrature():
     found = solve(AIR, sun_zenith_rad=SUN, sky_zenith_rad=np.arccos(mu), azimuth_from_sun_rad=azimuth, n_orders=6)
     wanted = 2 * np.pi * np.einsum("wza,z->w", found.radiance, w * 2 * t * mu) / 24
     np.testing.assert_allclose(found.diffuse_irradiance, wanted, rtol=1e-6)
+    found = solve(atmospheres.empty(albedo=0.5), sun_zenith_rad=SUN, sky_zenith_rad=[0.3], azimuth_from_sun_rad=[0.0])
+    assert found.radiance.max() == 0.0
+    assert found.direct_irradiance[0] == pytest.approx(np.cos(SUN), rel=1e-15)
+    assert found.diffuse_irradiance[0] == 0.0
 
 
 def test_patch_means_settle_around_a_sharp_peak():
@@ -126,19 +124,11 @@ def test_what_a_method_is_not_good_for():
     for degrees in (-1.0, 109.0, np.nan):
         with pytest.raises(SceneError, match="108"):
             chosen_method(AIR, np.deg2rad(degrees), "order1", None)
-
-
-def test_bad_directions_are_refused():
+    assert "one order" in solve_sky(AIR, sun_zenith_rad=SUN, method="auto", n_orders=1).reason
+    assert not solve_sky(AIR, sun_zenith_rad=SUN, method="order1").reason
     for zenith, azimuth in (([1.6], [0.0]), ([-0.1], [0.0]), ([np.nan], [0.0]), ([1.0], [np.inf]), ([], [0.0])):
         with pytest.raises(UsageError):
             solve(AIR, sun_zenith_rad=SUN, sky_zenith_rad=zenith, azimuth_from_sun_rad=azimuth)
-
-
-def test_an_empty_atmosphere_has_a_black_sky_and_the_whole_sun():
-    found = solve(atmospheres.empty(albedo=0.5), sun_zenith_rad=SUN, sky_zenith_rad=[0.3], azimuth_from_sun_rad=[0.0])
-    assert found.radiance.max() == 0.0
-    assert found.direct_irradiance[0] == pytest.approx(np.cos(SUN), rel=1e-15)
-    assert found.diffuse_irradiance[0] == 0.0
 
 
 def test_twilight_is_solved_in_every_direction():
@@ -151,11 +141,6 @@ def test_twilight_is_solved_in_every_direction():
     np.testing.assert_allclose(mean, fine, rtol=5e-4)
     assert change <= 1e-4
     assert sky.direct_irradiance.max() == 0.0
-
-
-def test_the_reason_comes_with_the_sky():
-    assert "one order" in solve_sky(AIR, sun_zenith_rad=SUN, method="auto", n_orders=1).reason
-    assert not solve_sky(AIR, sun_zenith_rad=SUN, method="order1").reason
 
 
 TWILIGHT_SUN = np.radians(91.0)

@@ -1,22 +1,16 @@
 """Photons of lobes: compiled and plain forms agree to the bit, any split gives the same photons, hard points."""
 
 import bisect
-import functools
-import itertools
 
 import numba
 import numpy as np
 import pytest
 
-import aomc_sky as sky
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError
-from aomc_sky.kernels.arithmetic.elementary import split_power
 from aomc_sky.kernels.jit import shared
 from aomc_sky.skies.lobes.kernels import law as plain_lobe
 from aomc_sky.skies.lobes.law import LobeTables
-from tests.support.backend import photons_by
-from tests.support.emitted import compared, empty
 from tests.support.lobes import lobe_components
 from tests.support.sampled import scene
 
@@ -42,44 +36,6 @@ def components(chosen=LOBES):
     parts = lobe_components(names=names, irradiance=np.ones((len(chosen), 1)), **columns)
     names = ("name", "law", "mass", "cell", "shared", "bounds")
     return tuple(Component(strength=np.ones(1), **{n: getattr(p, n) for n in names}) for p in parts)
-
-
-SCENES = ("one lobe", "lobes", "perez and lobes", "beam, solid angle and lobes")
-
-
-@functools.cache
-def scenes():
-    sun = {"sun_zenith_rad": 0.7, "sun_azimuth_rad": 0.2}
-    perez = sky.PerezSky(**sun, epsilon=8.0, delta=0.1, grid=sky.PatchGrid.regular(6, 5)).lower(500)
-    beam = sky.DirectBeam(sun_zenith_deg=35, sun_azimuth_deg=200).lower(500)
-    solid = sky.UniformSky(per_solid_angle=True).lower(500)
-    chosen = (components(LOBES[2:3]), components(), (*perez, *components()), (*beam, *components(), *solid))
-    return dict(zip(SCENES, chosen, strict=True))
-
-
-def test_compiled_equals_plain():
-    compared(scene(scenes()["lobes"], N).source(seed=9), N // 5, N)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_compiled_equals_plain_everywhere(name, precision):
-    chosen = scene(scenes()[name], N)
-    for order, placement in itertools.product(("shuffled", "patch"), ("r2", "philox")):
-        compared(chosen.source(seed=9, order=order, placement=placement, precision=precision), N // 5, N)
-
-
-@pytest.mark.parametrize("compiled", [False, True])
-def test_any_split_gives_the_same_photons(compiled):
-    source = scene(scenes()["lobes"], N).source(seed=4)
-    fill = source._emitter.fill_compiled if compiled else source._emitter.fill_plain
-    whole, parts = empty(source, N), empty(source, N)
-    fill(0, 0, whole)
-    for lo, hi in itertools.pairwise((0, 1, 8, N // 7, N // 7 + 3, N // 2, N)):
-        fill(0, lo, {name: array[lo:hi] for name, array in parts.items()})
-    for name, values in whole.items():
-        np.testing.assert_array_equal(values, parts[name])
 
 
 def mean_mu(lobe):
@@ -123,22 +79,9 @@ def test_extreme_words_give_directions():
         assert np.all(-directions[2] <= bound * (1 + 1e-12))
 
 
-def _power_of(x):
-    return split_power(x)
-
-
-def test_split_power():
-    compiled = shared(_power_of)
-    for x in np.array([1.0, 0.1, 1e-200, 1 - 2.0**-53, 0.5, 3e7]):
-        assert split_power(x) == compiled(x) == np.frexp(x)
-
-
-def test_a_lobe_has_no_centre():
+def test_a_lobe_has_bounds_and_no_centre():
     with pytest.raises(SceneError, match="lobe 0"):
         scene(components(), 10).source(placement="centre")
-
-
-def test_component_shapes_are_checked():
     (lobe,) = components(LOBES[:1])
     with pytest.raises(ValueError, match="needs both shared and bounds"):
         Component(name="x", law=Law.HG, strength=np.ones(1), mass=np.ones((1, 1)), cell=lobe.cell, shared=lobe.shared)
@@ -160,7 +103,7 @@ def falls_of(n, bits, offset, before):
     return (*proposals, *lines)
 
 
-@numba.njit
+@shared
 def _single(rank, before, each, rest, offset, bits, bins_per_photon, begin):
     return plain_lobe.bin_of_rank(rank, before, each, rest, offset, bits, bins_per_photon, begin)
 
@@ -195,22 +138,3 @@ def test_planted_offset_left_out_moves_bins():
 
     assert first_bin(0) == 1023
     assert {first_bin(offset) for offset in range(0, 1 << 40, 1 << 30)} == set(range(1024))
-
-
-@pytest.mark.skipif(not JIT, reason="hosts need the compiler")
-def test_a_host_takes_lobes_one_at_a_time():
-    source = scene(scenes()["lobes"], 300).source(seed=3)
-    with photons_by(kernels=False):
-        batch = source.photons()
-    sample = source.numba_sampler(0).sample
-    assert [sample(i) for i in range(300)] == list(zip(batch.ux, batch.uy, batch.uz, strict=True))
-
-
-# both are code of their own; the gate's leg without the JIT runs them as Python
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["lobes", "perez and lobes"])
-def test_lobes_of_2_to_the_62_photons(name):
-    source = scene(scenes()[name], 2**62).source(seed=9)
-    for start in (0, 2**61 + 12345, 2**62 - 500):
-        compared(source, start, start + 500)
-    assert source.n_photons(0) == 2**62

@@ -14,16 +14,13 @@ from tests.reference import perez_exact
 EPSILONS = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 8.0)  # one in each bin
 
 
-def test_table_1_has_the_sums_of_the_paper():
+def test_table_1_and_its_bins():
     assert TABLE_1.shape == (8, 5, 4)
     assert TABLE_1.sum() == pytest.approx(68.5262, abs=1e-12)
     assert np.abs(TABLE_1).sum() == pytest.approx(702.5774, abs=1e-12)
     typed = np.array([[float(v) for v in row] for row in perez_exact.ROWS]).reshape(8, 5, 4)
     np.testing.assert_array_equal(TABLE_1, typed)
     assert np.max(np.abs(TEN_THOUSANDTHS / 1e4 - TABLE_1)) < 1e-15
-
-
-def test_bins_include_their_lower_edge():
     edges = np.array(EPSILON_EDGES)
     np.testing.assert_array_equal(perez.epsilon_bin(edges), np.arange(8))
     np.testing.assert_array_equal(perez.epsilon_bin(np.nextafter(edges[1:], 0)), np.arange(7))
@@ -72,7 +69,7 @@ def test_luminance_to_the_last_bits(row, delta, sun, xi, phi):
     assert abs(mp.mpf(float(found)) - value) <= 1e-15 * (1 + abs(exact[1]) / mu**2) * magnitude
 
 
-def test_luminance_beyond_the_largest_number_is_infinite():
+def test_luminance_at_the_horizon():
     for row, delta, sun, xi in ((3, "0.02", "0", "89.99"), (5, "0.55", "89", "89.99")):
         exact = perez_exact.coefficients(row, delta, sun)
         assert exact[1] > 0
@@ -81,9 +78,6 @@ def test_luminance_beyond_the_largest_number_is_infinite():
         infinite = float(mp.sign(perez_exact.luminance(exact, xi, "10", sun)[0])) * np.inf
         assert perez.relative_radiance(*angles, values) == infinite
         assert perez.relative_radiance(np.pi / 2, 0.3, angles[2], values) == infinite
-
-
-def test_limits_at_the_horizon():
     values = np.array([[-0.7, -0.3, 4, -2, 0.2], [-0.7, 0.0, 4, -2, 0.2], [0.0, 0.4, 4, -2, 0.2]])
     second = 1 + 4 * np.exp(-2 * 1.0) + 0.2 * np.cos(1.0) ** 2
     found = perez.relative_radiance(np.pi / 2, 0.0, np.pi / 2 - 1, values)
@@ -92,7 +86,7 @@ def test_limits_at_the_horizon():
     assert zero == 0  # 0 times an infinite first factor
 
 
-def test_clearness_and_brightness():
+def test_clearness_brightness_and_their_limits():
     np.testing.assert_array_equal(perez.sky_clearness([0, 0, 5, -2], [50, 0, 0, 30], 0.5), [1, 1, np.inf, 1])
     z = np.deg2rad(60.0)
     assert perez.sky_clearness(600, 120, z) == pytest.approx(((120 + 600) / 120 + 1.041 * z**3) / (1 + 1.041 * z**3))
@@ -103,6 +97,14 @@ def test_clearness_and_brightness():
     assert closed_irradiances(ghi=500, dni=400, sun_zenith_deg=60.0)[1] == pytest.approx(300)
     assert closed_irradiances(ghi=200.0, dni=400 * (1 + 1e-13), sun_zenith_deg=60.0)[1] == 0
     assert closed_irradiances(ghi=500, dhi=100, sun_zenith_deg=60.0)[0] == pytest.approx(800)
+    gap = np.array([0.3, np.nan])
+    assert np.isnan(perez.sky_clearness([100, np.nan], 100, 0.5)).tolist() == [False, True]
+    values = perez.coefficients(2.0, gap, 0.5)
+    assert np.isnan(values).all(axis=1).tolist() == [False, True]
+    assert np.isfinite(values[0]).all()
+    floor = perez.limited([1.0, 1.0649, 1.065, 2.7999, 2.8, 20.0], 0.05)[1]
+    np.testing.assert_array_equal(floor, [0.05, 0.05, 0.2, 0.2, 0.05, 0.05])
+    np.testing.assert_array_equal(perez.limited([1.0, 20.0], [0.0, 3.0]), [[1.0, 12.01], [0.01, 0.6]])
 
 
 @pytest.mark.parametrize(
@@ -128,20 +130,6 @@ def test_what_the_model_refuses(call, words):
         call()
 
 
-def test_gaps_of_a_time_series_stay_gaps():
-    gap = np.array([0.3, np.nan])
-    assert np.isnan(perez.sky_clearness([100, np.nan], 100, 0.5)).tolist() == [False, True]
-    values = perez.coefficients(2.0, gap, 0.5)
-    assert np.isnan(values).all(axis=1).tolist() == [False, True]
-    assert np.isfinite(values[0]).all()
-
-
-def test_limits_of_radiance():
-    floor = perez.limited([1.0, 1.0649, 1.065, 2.7999, 2.8, 20.0], 0.05)[1]
-    np.testing.assert_array_equal(floor, [0.05, 0.05, 0.2, 0.2, 0.05, 0.05])
-    np.testing.assert_array_equal(perez.limited([1.0, 20.0], [0.0, 3.0]), [[1.0, 12.01], [0.01, 0.6]])
-
-
 @pytest.mark.parametrize(
     ("sun_deg", "values", "integral"),
     [  # mpmath in coordinates centred on the zenith, 25 digits, cut at the sun
@@ -155,16 +143,13 @@ def test_integral_against_many_digits(sun_deg, values, integral):
     assert perez.horizontal_integral(values, np.deg2rad(sun_deg)) == pytest.approx(integral, rel=1e-11)
 
 
-def test_integral_where_it_is_known():
+def test_integral_and_luminance_where_they_are_known():
     assert perez.horizontal_integral([0, 0, 0, 0, 0], 0.4) == pytest.approx(np.pi, rel=1e-15)
     assert perez.horizontal_integral([0.5, 0, 1, 0, 0], 1.3) == pytest.approx(3 * np.pi, rel=1e-12)
     # sun overhead, a = 0: 2 pi times the integral of exp(d x) sin x cos x
     d = -3.0
     known = np.pi + 2 * np.pi * 4 * (2 * (1 + np.exp(d * np.pi / 2))) / (2 * (4 + d * d))
     assert perez.horizontal_integral([0, -1, 4, d, 0], 0.0) == pytest.approx(known, rel=1e-12)
-
-
-def test_luminance_is_scaled_by_either_illuminance():
     sun, values = 0.7, perez.coefficients(5.0, 0.15, 0.7)
     overhead = perez.luminance(0.0, 0.0, sun, values, diffuse_illuminance=12000.0)
     of_diffuse = perez.luminance(0.9, 1.0, sun, values, diffuse_illuminance=12000.0)
@@ -176,14 +161,11 @@ def test_luminance_is_scaled_by_either_illuminance():
     assert 2 * np.pi * np.sum(field.mean(axis=1) * mu * w) == pytest.approx(12000, rel=1e-4)
 
 
-def test_ends_of_the_range_of_elementary_functions():
+def test_ends_and_pinned_bits_of_elementary_functions():
     np.testing.assert_array_equal(exp(np.array([-1e9, 1e9, 0.0])), [0, np.inf, 1])
     assert np.isnan(exp(np.array([np.nan]))).all()
     np.testing.assert_array_equal(power(np.zeros(2), np.array([12375.0, -16364.0])), [0, np.inf])
     assert np.isnan(power(np.array([np.nan]), np.array([12375.0]))).all()
-
-
-def test_bits_of_a_coefficient_are_pinned():
     found = (*perez.coefficients(1.0, 0.3, 0.75)[2:4], perez.sky_brightness(100.0, 0.75))
     pinned = ["0x1.a2d16b46a6f5cp+0", "-0x1.ed22514734237p-1", "0x1.9adbd806fd980p-4"]
     assert [float(value).hex() for value in found] == pinned

@@ -3,7 +3,6 @@
 import json
 import math
 
-import mpmath as mp
 import numpy as np
 import pytest
 
@@ -11,19 +10,12 @@ import aomc_sky as sky
 from tests.reference import perez_exact
 from tests.support.fault_rows import row, row_id, run_scene
 
-BELOW_EDGE = math.nextafter(1.065, 0.0), math.nextafter(6.2, 0.0)
 EDGES = {
     # name: sun zenith [deg], epsilon, Delta, row of Table 1 [from 1], Delta that is used, words of the warning
     "sun-at-the-zenith": ("0", "3.0", "0.2", 6, "0.2", None),
-    "sun-on-the-horizon-almost": ("89.9", "3.0", "0.2", 6, "0.2", None),
     "epsilon-on-the-first-edge": ("40", "1.065", "0.2", 2, "0.2", None),
-    "epsilon-below-the-first-edge": ("40", repr(BELOW_EDGE[0]), "0.2", 1, "0.2", None),
-    "epsilon-on-the-last-edge": ("40", "6.2", "0.15", 8, "0.15", None),
-    "epsilon-below-the-last-edge": ("40", repr(BELOW_EDGE[1]), "0.2", 7, "0.2", None),
-    "epsilon-1": ("40", "1.0", "0.2", 1, "0.2", None),
+    "epsilon-below-the-last-edge": ("40", repr(math.nextafter(6.2, 0.0)), "0.2", 7, "0.2", None),
     "epsilon-above-12": ("40", "40", "0.15", 8, "0.15", None),
-    "delta-0": ("40", "1.0", "0.0", 1, "0.01", "Delta was limited to 0.01"),
-    "delta-above-its-range": ("40", "3.0", "1.5", 6, "0.6", "Delta was limited to 0.6"),
     "delta-below-the-floor-of-rows-2-to-5": ("40", "1.1", "0.05", 2, "0.2", "Delta was limited to 0.2"),
 }
 
@@ -35,8 +27,7 @@ def test_edges_of_the_inputs(name, told):
     words = ("perez", "--sun-zenith", zenith, "--epsilon", epsilon, "--delta", delta)
     said = told(*words, "--json")
     found = json.loads(said.out)
-    assert found["bin"] == table_row
-    assert found["epsilon_used"] == min(float(epsilon), 12.01)
+    assert (found["bin"], found["epsilon_used"]) == (table_row, min(float(epsilon), 12.01))
     assert found["delta_used"] == float(used)
     exact = [float(value) for value in perez_exact.coefficients(table_row - 1, used, zenith)]
     assert list(found["coefficients"].values()) == pytest.approx(exact, rel=1e-12, abs=1e-14)
@@ -49,13 +40,10 @@ def test_edges_of_the_inputs(name, told):
 
 REFUSED = {
     "sun-on-the-horizon": (["--sun-zenith", 90, "--epsilon", 3, "--delta", 0.2], 4, "0 to below 90 degrees, got 90"),
-    "sun-below-the-horizon": (["--sun-zenith", 91, "--epsilon", 3, "--delta", 0.2], 4, "0 to below 90 degrees, got 91"),
     "no-diffuse-light": (["--sun-zenith", 40, "--dni", 850, "--dhi", 0], 4, "the diffuse irradiance is 0"),
-    "negative-diffuse-light": (["--sun-zenith", 40, "--dni", 850, "--dhi", -1], 2, "outside the range 0 to 10000"),
     "beam-above-the-sun-itself": (["--sun-zenith", 89.9, "--ghi", 20, "--dhi", 15], 4, "is a beam of 2865 W m-2"),
     "beam-above-the-global": (["--sun-zenith", 40, "--ghi", 600, "--dni", 900], 4, "dni cos Z is 689.44 W m-2"),
     "epsilon-below-1": (["--sun-zenith", 40, "--epsilon", 0.99, "--delta", 0.2], 2, "outside the range 1 or more"),
-    "delta-negative": (["--sun-zenith", 40, "--epsilon", 3, "--delta", -0.1], 2, "outside the range 0 or more"),
     "epsilon-nan": (["--sun-zenith", 40, "--epsilon", "nan", "--delta", 0.2], 2, "epsilon"),
 }
 
@@ -69,20 +57,12 @@ def test_no_substitute_sky(name, told):
     assert "Traceback" not in said.err
 
 
-DARK = {
-    # name: dni, dhi, sun zenith [deg], exit code, words of the message
-    "no-diffuse-light-in-a-run": (850, 0, 40, 4, "give a positive diffuse irradiance"),
-    "sun-below-the-horizon-in-a-run": (1, 9, 91, 2, "needs [atmosphere]"),
-}
-
-
-@row(34, *DARK)
+@row(34, "no-diffuse-light-in-a-run")
 def test_no_substitute_sky_in_a_run(fault, tmp_path, capsys):
-    dni, dhi, zenith, code, text = DARK[fault]
-    options = ["--sky", "perez", "--dni", dni, "--dhi", dhi, "--sun-zenith", zenith]
+    options = ["--sky", "perez", "--dni", 850, "--dhi", 0, "--sun-zenith", 40]
     answer = run_scene(tmp_path, {}, options, capsys)
-    assert (answer.code, answer.out) == (code, "")
-    assert text in answer.err
+    assert (answer.code, answer.out) == (4, "")
+    assert "give a positive diffuse irradiance" in answer.err
     assert not answer.folder.exists()
 
 
@@ -103,15 +83,6 @@ def test_negative_luminance(fault, tmp_path, capsys):
         assert 0.49 < -directions[:, 2].min() <= 0.5  # up to the border and not beyond
 
 
-@row(35, "nowhere-positive")
-def test_a_sky_that_is_nowhere_positive(fault, tmp_path, capsys):
-    answer = run_scene(tmp_path, {}, ["--sky", "perez", "--coefficients", -2, 0, 0, 0, 0, "--sun-zenith", 17], capsys)
-    assert (answer.code, answer.out) == (4, "")
-    assert "the model's luminance is nowhere positive" in answer.err
-    assert "check a to e" in answer.err
-    assert not answer.folder.exists()
-
-
 @row(35, "b-above-0")
 def test_an_infinite_horizon(fault, told):
     """exp(b / cos xi) with b > 0 has no end at the horizon: b becomes 0, which is told."""
@@ -119,16 +90,3 @@ def test_an_infinite_horizon(fault, told):
     assert "b = 0.5 makes the horizon infinitely bright or dark and was set to 0" in said.err
     exact = 1.1 * sky.perez.horizontal_integral([0.0, 0.0, 1.0, -1.0, 0.0], np.deg2rad(40.0))
     assert json.loads(said.out)["horizontal_integral"] == pytest.approx(exact, rel=1e-12)
-
-
-@row(35, "cosine-0-at-the-horizon")
-def test_the_horizon_itself(fault):
-    """b / 0 with b < 0 is minus infinity, and its exponential 0: what is left is the second factor."""
-    values = [float(value) for value in perez_exact.coefficients(5, "0.2", "40")]
-    found = sky.perez.relative_radiance(np.pi / 2, 0.7, np.deg2rad(40.0), values)
-    with mp.workdps(30):
-        angle = mp.acos(mp.sin(mp.radians(40)) * mp.cos(mp.mpf(0.7)))
-        exact = 1 + values[2] * mp.exp(values[3] * angle) + values[4] * mp.cos(angle) ** 2
-    assert float(found) == pytest.approx(float(exact), rel=1e-14)
-    near = sky.perez.relative_radiance(np.pi / 2 - 1e-6, 0.7, np.deg2rad(40.0), values)
-    assert float(near) == pytest.approx(float(exact), rel=1e-5)

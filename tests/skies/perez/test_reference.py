@@ -53,13 +53,10 @@ def cases():
     return {row["case"]: row for row in rows("gendaylit_coefficients.csv") if row["a"]}
 
 
-def test_coefficients_of_gendaylit():
+def test_coefficients_clearness_and_brightness_of_gendaylit():
     table = list(cases().values())
     assert len(table) > 400
     np.testing.assert_allclose(recomputed(table), printed(table), rtol=0, atol=5e-6)
-
-
-def test_clearness_and_brightness_of_gendaylit():
     table = [row for row in rows("gendaylit_irradiance.csv") if row["eps"] and row["a"]]
     assert len(table) > 150
     sun = sun_rad(table)
@@ -92,9 +89,6 @@ def test_normalisation():
     table = rows("normalisation.csv")
     found = perez.horizontal_integral(printed(table), sun_rad(table))
     np.testing.assert_allclose(found, column(table, "integral_f_cos"), rtol=1e-11)
-
-
-def test_stress_normalisation():
     table = rows("stress_normalisation.csv")
     epsilon = [EPSILONS[int(row["bin"]) - 1] for row in table]
     sun = np.deg2rad(column(table, "Z_deg"))

@@ -104,18 +104,12 @@ def test_a_medium_is_the_one_that_was_built_by_hand():
     assert (medium.earth_radius_m, medium.top_m, medium.n_orders) == (6.371e6, 120e3, 7)
     assert medium.sun_angular_radius_rad == 6.9635e8 / AU_M
     assert report.dropped == ()
-
-
-def test_a_share_of_the_extinction_is_scattering():
     albedo = np.linspace(0.0, 1.0, 7)
     medium, _ = read_medium(description(air(single_scattering_albedo=albedo, angstrom_exponent=-1.5)))
     extinction = 0.04022e-30 * (GRID_NM / 1000.0) ** 1.5
     (one,) = medium.constituents
     np.testing.assert_allclose(one.scattering_m2, extinction * albedo, rtol=1e-15)
     np.testing.assert_allclose(one.scattering_m2 + one.absorption_m2, extinction, rtol=1e-15)
-
-
-def test_what_scatters_nothing_has_no_phase_function():
     medium, _ = read_medium(description(air(), aerosol(single_scattering_albedo=np.zeros(7))))
     assert [one.phase_function is None for one in medium.constituents] == [False, True]
 
@@ -142,15 +136,9 @@ def test_other_wavelengths_are_interpolated():
     assert medium.toa_irradiance[1] == sun[2]
     ratio = medium.constituents[0].scattering_m2[0] / medium.constituents[0].scattering_m2[1]
     np.testing.assert_allclose(ratio, (475 / 500) ** -description(air()).scatterers[0].angstrom_exponent, rtol=1e-13)
-
-
-def test_spectra_with_zeros_are_linear_between_wavelengths():
     dark = dataclasses.replace(description(air()), ground_albedo=np.array([0.0, 0.0, 0.2, 0.4, 0.4, 0.4, 0.4]))
     medium, _ = read_medium(dark, [475.0, 425.0])
     np.testing.assert_allclose(medium.ground_albedo, [0.0, 0.1], atol=1e-15)
-
-
-def test_a_phase_function_of_sets_has_no_wavelength_between():
     coloured = description(air(phase_function=source("return vec4(1. + 0.*wlSetIndex)/(4*PI);")))
     read_medium(coloured, [400.0, 550.0])
     with pytest.raises(SceneError, match="reads wlSetIndex, so it is known at the wavelengths of the"):
@@ -227,14 +215,11 @@ def test_species_that_do_not_count_are_dropped_and_told():
     assert read_medium(description(air(), ozone(number_density=source("return 0.;"))))[1].dropped == ("ozone",)
 
 
-def test_a_norm_off_by_more_than_a_hundredth_is_told():
+def test_norms_and_colours_that_are_odd_are_told():
     read_medium(description(air(phase_function=source("return vec4(1.009/(4*PI));"))))
     with pytest.warns(InputWarning, match=r'sky.atmo:33: the phase function of "molecules" has the integral 0.98 '):
         medium, _ = read_medium(description(air(phase_function=source("return vec4(0.98/(4*PI));", 33))))
     np.testing.assert_allclose(medium.constituents[0].phase_function(np.array([0.3]), 0), 1 / (4 * np.pi), rtol=1e-12)
-
-
-def test_achromatic_is_checked():
     grey = air(phase_function_type=data.PhaseFunctionType.ACHROMATIC)
     read_medium(description(grey))
     text = "return vec4(1)*(1 + wavelengths/1e4*dotViewSun)/(4*PI);"
@@ -255,15 +240,6 @@ def test_the_problems_of_all_blocks_come_together():
     assert "a number density depends on altitude alone" in str(caught.value)
 
 
-@pytest.mark.parametrize("path", sorted((INPUTS / "atmosphere").glob("*.atmo")), ids=lambda path: path.stem)
-def test_the_examples_are_media_without_a_word(path):
-    medium, report = read_medium(read_atmo(path))
-    assert medium.wavelength_nm.size > 0
-    assert report.dropped == ()
-    for norm in report.phase_norm.values():
-        np.testing.assert_allclose(norm, 1.0, rtol=1e-2)
-
-
 def report(**more):
     return MediumReport(optical_depth={}, phase_norm={}, dropped=(), **more)
 
@@ -273,13 +249,10 @@ def placed(direction, **of_report):
     return moon_of_direction(MoonDirection(**direction), molecules_only(550.0, 0.1), report(**of_report), 45.0, 0.0)
 
 
-def test_angles_and_offsets():
+def test_options_win_angle_by_angle():
     assert MoonDirection(zenith_deg=50.0).angles(40.0, 90.0) == (50.0, 0.0)
     assert MoonDirection(zenith_offset_deg=-0.5, azimuth_offset_deg=0.25).angles(40.0, 90.0) == (39.5, 0.25)
     assert MoonDirection(azimuth_deg=100.0).angles(40.0, 90.0) == (40.0, 10.0)
-
-
-def test_options_win_angle_by_angle():
     file = MoonDirection(zenith_offset_deg=0.1, azimuth_deg=20.0, distance_km=4e5)
     both = MoonDirection(zenith_deg=30.0, azimuth_deg=20.0, distance_km=4e5)
     assert file.under(MoonDirection(zenith_deg=30.0)) == both
@@ -294,14 +267,11 @@ def test_distance_between_the_centres_becomes_that_of_the_observer(zenith):
     assert placed({"zenith_deg": zenith, "distance_km": 365e3}).distance_m == 3.65e8
 
 
-def test_no_moon_without_a_place_and_none_without_a_distance():
+def test_no_moon_and_no_glow_without_their_numbers():
     assert placed({}) is None
     for of_report, message in (({}, "distance of the Moon is missing"), ({"moon_distance_m": 6e6}, "inside the earth")):
         with pytest.raises(SceneError, match=message):
             placed({"zenith_deg": 1.0}, **of_report)
-
-
-def test_luminance_times_spectrum():
     spectrum = np.array([2e-5, 1e-6])
     np.testing.assert_array_equal(glow_of_luminance(0.5, report(ground_glow=spectrum), "a"), 0.5 * spectrum)
     assert glow_of_luminance(0.0, report(), "a") is None
@@ -321,12 +291,6 @@ def test_wrong_moons(moon):
         )  # fmt: skip
 
 
-@pytest.mark.parametrize("given", [{"ground_luminance_cd_m2": 1.0}, {"orders": 1.0}])
-def test_lights_without_an_atmosphere_are_refused(given):
-    with pytest.raises(UsageError, match=r"used only with|no input 'orders'"):
-        aomc_sky.read_scene(INPUTS / "overcast" / "amc.inp", atmosphere=given)
-
-
 def night_scene(folder, more):
     """The scene `eclipse` in a folder, with order 1 alone, few patches, and other lines in sky.toml."""
     folder.mkdir(exist_ok=True)
@@ -343,21 +307,3 @@ def test_a_scene_says_that_the_moon_hides_nothing(tmp_path):
     scene = aomc_sky.read_scene(night_scene(tmp_path, f"moon_zenith_deg = 20\n{SUN}"))
     assert any("hides no part" in note for note in scene.notes)
     assert scene.options["atmosphere"]["eclipse"] is None
-
-
-@pytest.mark.slow
-def test_an_eclipse_of_the_file_is_that_of_the_options(tmp_path):
-    moon = "moon_zenith_offset_deg = 0.1\nmoon_azimuth_deg = 90.2\n"
-    file = aomc_sky.read_scene(night_scene(tmp_path / "a", moon + SUN))
-    given = {"moon_zenith_deg": 55.1, "moon_azimuth_offset_deg": 0.2}
-    clear = night_scene(tmp_path / "b", SUN)
-    options, whole = aomc_sky.read_scene(clear, atmosphere=given), aomc_sky.read_scene(clear)
-    for one, other in zip(file.components, options.components, strict=True):
-        np.testing.assert_allclose(one.mass, other.mass, rtol=1e-6)
-    share = file.options["atmosphere"]["eclipse"]["visible_share"]
-    assert 0.05 < share < 0.95
-    np.testing.assert_allclose(file.components[0].strength, share * whole.components[0].strength, rtol=1e-13)
-    sky = file.components[1].mass_of(0).reshape(6, 12)
-    assert np.abs(sky[:, 2] / sky[:, 3] - 1.0).max() > 1e-3  # on both sides of the sun, which stands between them
-    plain = whole.components[1].mass_of(0).reshape(6, 12)
-    np.testing.assert_allclose(plain[:, 2], plain[:, 3], rtol=1e-12)

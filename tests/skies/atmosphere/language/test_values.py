@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError
-from tests.support.blocks import GIVEN, WAVELENGTHS, at, density_block, phase_block, value_of
+from tests.support.blocks import GIVEN, at, density_block, phase_block, value_of
 
 
 @pytest.mark.parametrize(
@@ -117,6 +117,14 @@ def test_each_altitude_follows_its_own_branch():
     wanted = [math.log(10), 0.0, 100.0, 11.0, 60.0, 105.0, 60.0]
     assert at(text, 0.0, 9.0, 10.0, 18.0, 20.0, 35.0, 90.0)[:4] == pytest.approx(wanted[:4], rel=1e-15)
     assert at(text, 20.0, 35.0, 90.0) == wanted[4:]
+    assert at("return altitude > 0. ? 1/int(altitude) : 5;", 0.0, 2.0) == [5.0, 0.0]
+    assert at("return altitude > 0. && log(altitude) > 0. ? 1. : 0.;", 0.0, 9.0) == [0.0, 1.0]
+    assert at("return altitude <= 0. || log(altitude) > 0. ? 1. : 0.;", 0.0, 9.0) == [1.0, 1.0]
+    assert at("if(altitude == 0.) return 7.; return sqrt(altitude - 1.);", 0.0, 5.0) == [7.0, 2.0]
+    block = density_block("float x;\nif(altitude != 50.) x = 1.;\nreturn x;")
+    assert block(np.array([0.0, 49.0, 51.0]), GIVEN).tolist() == [1.0, 1.0, 1.0]
+    with pytest.raises(InputFileError, match=r"a\.atmo:12:8: error\[E403\]: number density: .*altitude 50 m"):
+        block(np.array([0.0, 49.0, 50.0, 51.0]), GIVEN)
 
 
 @pytest.mark.parametrize(
@@ -149,26 +157,9 @@ def test_what_glsl_leaves_open_is_refused_with_its_altitude(text, message):
     assert caught.value.problems[0].code == "E403"
 
 
-def test_lanes_that_are_not_taken_make_no_error():
-    assert at("return altitude > 0. ? 1/int(altitude) : 5;", 0.0, 2.0) == [5.0, 0.0]
-    assert at("return altitude > 0. && log(altitude) > 0. ? 1. : 0.;", 0.0, 9.0) == [0.0, 1.0]
-    assert at("return altitude <= 0. || log(altitude) > 0. ? 1. : 0.;", 0.0, 9.0) == [1.0, 1.0]
-    assert at("if(altitude == 0.) return 7.; return sqrt(altitude - 1.);", 0.0, 5.0) == [7.0, 2.0]
-
-
-def test_only_the_altitude_at_fault_is_named():
-    block = density_block("float x;\nif(altitude != 50.) x = 1.;\nreturn x;")
-    assert block(np.array([0.0, 49.0, 51.0]), GIVEN).tolist() == [1.0, 1.0, 1.0]
-    with pytest.raises(InputFileError, match=r"a\.atmo:12:8: error\[E403\]: number density: .*altitude 50 m"):
-        block(np.array([0.0, 49.0, 50.0, 51.0]), GIVEN)
-
-
-def test_a_vector_of_one_lane_and_one_of_many_join():
+def test_lanes_join_and_a_second_run_gives_the_same_bits():
     text = "vec4 v = vec4(1); v.y = dotViewSun; if(dotViewSun > 0.) v.zw = vec2(dotViewSun, 9); return v;"
     assert phase_block(text)(np.array([-1.0, 0.5]), GIVEN).tolist() == [[1.0, 1.0], [-1.0, 0.5], [1.0, 0.5], [1.0, 9.0]]
-
-
-def test_a_second_run_gives_the_same_bits_and_leaves_what_was_given():
     block = phase_block("vec4 w = wavelengths; w *= dotViewSun; w.x = 0.; return exp(w/700);")
     mu = np.linspace(-1.0, 1.0, 7)
     assert np.array_equal(block(mu, GIVEN), block(mu, GIVEN))
@@ -221,15 +212,6 @@ COLOURED = """
     CONST vec4 g2 = g*g;
     return vec4((1-g2)/(4*PI*pow(vec4(1+g2-2*g*dotViewSun), vec4(1.5))));
 """
-
-
-def test_a_phase_function_with_colours_is_that_of_plain_python():
-    cosines = np.cos(np.linspace(0.0, np.pi, 181))
-    found = phase_block(COLOURED)(cosines, GIVEN)
-    for row, wavelength in enumerate(WAVELENGTHS):
-        g = 0.6 + 0.2 * math.exp(-0.00002 * ((wavelength - 300) * (wavelength - 300)))
-        wanted = [(1 - g * g) / (4 * math.pi * math.pow(1 + g * g - 2 * g * c, 1.5)) for c in cosines]
-        np.testing.assert_allclose(found[row], wanted, rtol=1e-15, atol=0)
 
 
 @pytest.mark.parametrize("text", [OZONE, AEROSOL])

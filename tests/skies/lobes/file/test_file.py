@@ -2,6 +2,7 @@
 
 import operator
 import pickle
+import re
 import time
 import warnings
 from dataclasses import replace
@@ -70,30 +71,21 @@ def test_arrays_are_read_only_and_the_file_travels(tmp_path):
     again = pickle.loads(pickle.dumps(file))
     assert again.animations["a"].reference is ReferenceType.DIURNAL
     assert np.array_equal(again.curves, file.curves)
-
-
-def test_one_curve_may_be_flat_and_one_lobe_alone(tmp_path):
     lobe = (1, 0.0, 0.0, 1.0, (1, 0, 0, 0), 0, -3.5)
     file = read(plain_file(tmp_path / "x.h5", lobes=[lobe], curves=CURVES[0], reference=(1, 2**63 + 5)))
     assert file.curves.shape == (1, 3)
     assert (file.animations["a"].time_point_s, *file.animations["a"].relative_time_days) == (2**63 + 5, -3.5)
-
-
-def test_quaternions_of_any_length_become_unit(tmp_path):
     lobes = [(1, 0.0, 0.0, 1.0, np.array([3, -4, 0, 12]) * s, 0, 0.0) for s in (1e-40, 1e-20, 1.0, 1e20, 1e37)]
     quaternion = read(plain_file(tmp_path / "x.h5", lobes=lobes)).animations["a"].quaternion
     assert np.allclose(quaternion[1:], np.array([3, -4, 0, 12]) / 13, rtol=1e-7, atol=0)
     assert np.abs(np.sqrt((quaternion**2).sum(axis=1)) - 1).max() < 4e-16
 
 
-def test_a_missing_member_of_info_is_a_warning(tmp_path):
+def test_what_is_a_warning(tmp_path):
     with pytest.warns(InputWarning) as caught:
         file = read(plain_file(tmp_path / "x.h5", info="none"))
     assert len(caught) == 4  # author, name, type and version
     assert file.info == BackgroundInfo()
-
-
-def test_wavelengths_that_look_like_nanometres_are_a_warning(tmp_path):
     with pytest.warns(InputWarning, match=r"warning\[E506\]: /SpectralSamples: .* 400 micrometres"):
         assert read(plain_file(tmp_path / "x.h5", samples=((400.0, 500.0, 600.0),))).wavelength_nm[0] == 4e5
 
@@ -109,6 +101,9 @@ BAD_LOBES = {
     "type 257": (lobe(kind=257), "E506", "Type"),  # 1 in eight bits
     "g nan": (lobe(kind=1, param0=np.nan), "E506", "Param0"),
     "g 1": (lobe(kind=1, param0=0.999999999), "E506", "Param0"),  # in 32 bits
+    "g negative": (lobe(kind=1, param0=-0.5), "E506", "Param0"),
+    "alpha 0": (lobe(param0=0.0), "E506", "Param0"),
+    "alpha negative": (lobe(param1=-1.0), "E506", "Param1"),
     "coefficient negative": (lobe(coeff=-1e-30), "E506", "Coeff"),
     "quaternion inf": (lobe(quaternion=(1, 0, 0, np.inf)), "E506", "LocalTransform"),
     "curve 2": (lobe(curve=2), "E508", "CurveIndex"),
@@ -127,9 +122,8 @@ def test_a_value_outside_its_range_is_named(bad, code, name, tmp_path):
 def test_times_may_be_equal_but_never_fall(tmp_path):
     times = (0.0, 0.5, 0.5, 1.0)
     assert len(read(plain_file(tmp_path / "x.h5", lobes=[lobe(time=t) for t in times])).animations["a"]) == 4
-    with pytest.raises(InputFileError, match=r"RelativeTime \[1\] is 0.25") as error:
+    with pytest.raises(InputFileError, match=r"E507.*RelativeTime \[1\] is 0.25"):
         read(plain_file(tmp_path / "y.h5", lobes=[lobe(time=t) for t in (0.5, 0.25, 1.0)]))
-    assert codes(error) == ["E507"]
     plain_file(tmp_path / "week.h5", lobes=[lobe(time=7.0)], reference=(3, 0))
     assert read(tmp_path / "week.h5").animations["a"].relative_time_days.tolist() == [7.0]
     with pytest.raises(InputFileError, match="0 to 7"):
@@ -167,26 +161,7 @@ def test_a_missing_member_is_named(name, tmp_path):
     assert name.removesuffix("/a") in str(error.value)
 
 
-def test_a_broken_animation_does_not_hide_what_is_wrong_with_another(tmp_path):
-    def change(file):
-        file.copy("LobeAnims/a", "LobeAnims/b")
-        del file["LobeAnims/a/Lobes"]
-
-    with pytest.raises(InputFileError) as error:
-        read(plain_file(tmp_path / "x.h5", lobes=[lobe(coeff=-1)], change=change, version=2))
-    assert codes(error) == ["E504", "E509", "E506"]
-
-
-def test_a_missing_field_is_named(tmp_path):
-    def change(file):
-        del file["LobeAnims/a/Lobes"]
-        file["LobeAnims/a/Lobes"] = np.zeros(2, [("Type", "u4"), ("Param0", "f4")])
-
-    with pytest.raises(InputFileError, match="no member Param1, Coeff, LocalTransform, CurveIndex, RelativeTime"):
-        read(plain_file(tmp_path / "x.h5", change=change))
-
-
-def test_all_problems_come_at_once_and_at_most_20_are_shown(tmp_path):
+def test_all_problems_come_at_once(tmp_path):
     bad = lobe(kind=1, param0=2.0, coeff=-1, quaternion=(0, 0, 0, 0), curve=9, time=3)
     with pytest.raises(InputFileError) as error:
         read(plain_file(tmp_path / "x.h5", lobes=[bad, bad], version=3, samples=((3, 2, 1),), curves=-np.ones((1, 3))))
@@ -202,6 +177,21 @@ def test_all_problems_come_at_once_and_at_most_20_are_shown(tmp_path):
     assert len(error.value.problems) == 31
     assert str(error.value).count("error[E506]") == 20
     assert "and 11 more problems" in str(error.value)
+
+    def change(file):
+        file.copy("LobeAnims/a", "LobeAnims/b")
+        del file["LobeAnims/a/Lobes"]
+
+    with pytest.raises(InputFileError) as error:
+        read(plain_file(tmp_path / "x.h5", lobes=[lobe(coeff=-1)], change=change, version=2))
+    assert codes(error) == ["E504", "E509", "E506"]
+
+    def change(file):
+        del file["LobeAnims/a/Lobes"]
+        file["LobeAnims/a/Lobes"] = np.zeros(2, [("Type", "u4"), ("Param0", "f4")])
+
+    with pytest.raises(InputFileError, match="no member Param1, Coeff, LocalTransform, CurveIndex, RelativeTime"):
+        read(plain_file(tmp_path / "x.h5", change=change))
 
 
 UP = (1.0, 0.0, 0.0, 0.0)
@@ -247,15 +237,12 @@ def test_what_is_written_is_what_plain_h5py_reads(tmp_path):
         assert np.array_equal(file["SpectralSamples"][0], np.array([0.4, 0.5005, 0.6], "f4"))
 
 
-def test_two_writes_are_equal_byte_for_byte(tmp_path):
+def test_writes_are_equal_and_keep_the_numbers(tmp_path):
     write_background(tmp_path / "x.h5", content())
     time.sleep(1.01)  # a time of creation would differ
     write_background(tmp_path / "y.h5", content(animations=dict(reversed(content().animations.items()))))
     assert (tmp_path / "x.h5").read_bytes() == (tmp_path / "y.h5").read_bytes()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["x.h5", "y.h5"]
-
-
-def test_a_file_read_and_written_keeps_its_numbers(tmp_path):
     first = read(plain_file(tmp_path / "x.h5"))
     write_background(tmp_path / "y.h5", first)
     second = read(tmp_path / "y.h5")
@@ -289,67 +276,56 @@ def test_nothing_is_written_that_the_reader_would_refuse(changes, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "word", "value", "is_refused"),
+    ("name", "word", "value", "found"),
     [
-        ("SpectralSamples", "units", "nm", True), ("SpectralSamples", "unit", "m", True),
-        ("SpectralSamples", "units", "um", False), ("SpectralSamples", "units", "µm", False),
-        ("SpectralCurves", "units", "W m-2 nm-1", True), ("SpectralCurves", "units", "W/cm^2/um", False),
-        ("SpectralCurves", "units", "microflicks", None), ("SpectralCurves", "scale_factor", 0.001, True),
-        ("SpectralCurves", "Note", "nm", False), ("SpectralCurves", "Units", "W m-2 nm-1", True),
-        ("SpectralCurves", "scaling_factor", 0.001, True), ("SpectralCurves", "scale_factor", 1.0, False),
-        ("SpectralCurves", "units", "W cm-2 um-1 sr-1", True), ("SpectralCurves", "scale", "0.1", True),
-        ("SpectralCurves", "description", ["a", "b"], False), ("SpectralCurves", "_FillValue", [1.0, 2.0], False),
-        ("SpectralCurves", "_FillValue", 0.0, False),
-        ("SpectralCurves", "long_name", "Irradiance [W/cm^2/um], from W m-2 nm-1", False),
-        ("SpectralSamples", "description", "wavelength grid of A. Smith, in microns", False),
+        ("SpectralSamples", "units", "nm", "nm"), ("SpectralSamples", "unit", "m", "m"),
+        ("SpectralSamples", "units", "um", ""), ("SpectralSamples", "units", "µm", ""),
+        ("SpectralCurves", "units", "W m-2 nm-1", "W m-2 nm-1"), ("SpectralCurves", "units", "W/cm^2/um", ""),
+        ("SpectralCurves", "units", "microflicks", None), ("SpectralCurves", "scale_factor", 0.001, "0.001"),
+        ("SpectralCurves", "Note", "nm", ""), ("SpectralCurves", "Units", "W m-2 nm-1", "W m-2 nm-1"),
+        ("SpectralCurves", "scaling_factor", 0.001, "0.001"), ("SpectralCurves", "scale_factor", 1.0, ""),
+        ("SpectralCurves", "units", "W cm-2 um-1 sr-1", "W cm-2 um-1 sr-1"), ("SpectralCurves", "scale", "0.1", "0.1"),
+        ("SpectralCurves", "description", ["a", "b"], ""), ("SpectralCurves", "_FillValue", [1.0, 2.0], ""),
+        ("SpectralCurves", "_FillValue", 0.0, ""),
+        ("SpectralCurves", "long_name", "Irradiance [W/cm^2/um], from W m-2 nm-1", ""),
+        ("SpectralSamples", "description", "wavelength grid of A. Smith, in microns", ""),
+        ("SpectralCurves", "long_name", "irradiance in W m-2 um-1", "W m-2 um-1"),
+        ("SpectralSamples", "description", "wavelength [nm]", "nm"),
+        ("SpectralSamples", "comment", "samples: angstroms", "angstroms"),
     ],
 )  # fmt: skip
-def test_units_that_the_file_states_are_those_of_the_format(name, word, value, is_refused, tmp_path):
+def test_units_that_the_file_states_are_those_of_the_format(name, word, value, found, tmp_path):
+    """What is found is another unit, or nothing, or (None) what nobody knows."""
     path = plain_file(tmp_path / "a.h5")
     with h5py.File(path, "r+") as file:
         file[name].attrs[word] = value
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        if is_refused:
-            with pytest.raises(InputFileError, match=f"{name}: its attribute {word} is .*{value}.*is read"):
+        if found:
+            with pytest.raises(InputFileError, match=f"{name}: its attribute {word} is {re.escape(found)}.*is read"):
                 read(path)
         else:
             read(path)
-    assert bool(caught) is (is_refused is None)
+    assert bool(caught) is (found is None)
 
 
 @pytest.mark.parametrize(
-    ("name", "word", "text", "unit"),
+    ("value", "missing_value", "found"),
     [
-        ("SpectralCurves", "long_name", "irradiance in W m-2 um-1", "W m-2 um-1"),
-        ("SpectralSamples", "description", "wavelength [nm]", "nm"),
-        ("SpectralSamples", "comment", "samples: angstroms", "angstroms"),
+        (9999.0, None, "is 9999 a gap"),
+        (999.9, None, "is 999.9 a gap"),
+        (12.5, 12.5, "has the value 12.5 of its attribute missing_value"),
+        (12.3, "12.3", "has the value 12.3 of its attribute missing_value"),
+        (9.96921e36, None, r"value \[0, 1\] is 9.96921e\+36; allowed: up to 1e\+30"),
     ],
 )
-def test_units_in_sentences_are_those_of_the_format(name, word, text, unit, tmp_path):
-    path = plain_file(tmp_path / "a.h5")
-    with h5py.File(path, "r+") as file:
-        file[name].attrs[word] = text
-    with pytest.raises(InputFileError, match=f"{name}: its attribute {word} is {unit};.*is read"):
-        read(path)
-
-
-@pytest.mark.parametrize(("value", "fill"), [(9999.0, None), (999.9, None), (12.5, 12.5), (12.3, "12.3")])
-def test_a_gap_is_no_light(value, fill, tmp_path):
+def test_a_gap_is_no_light(value, missing_value, found, tmp_path):
     """Nines far above the other values, and what the file itself calls missing."""
     curves = np.array(CURVES, dtype=float)
     curves[0, 1] = value
     path = plain_file(tmp_path / "a.h5", curves=curves)
-    if fill is not None:
+    if missing_value is not None:
         with h5py.File(path, "r+") as file:
-            file["SpectralCurves"].attrs["missing_value"] = fill
-    found = f"has the value {value:g} of its attribute missing_value" if fill else f"is {value:g} a gap"
+            file["SpectralCurves"].attrs["missing_value"] = missing_value
     with pytest.raises(InputFileError, match=found):
         read(path)
-
-
-def test_a_fill_value_is_no_light(tmp_path):
-    curves = np.array(CURVES, dtype=float)
-    curves[0, 1] = 9.96921e36
-    with pytest.raises(InputFileError, match=r"value \[0, 1\] is 9.96921e\+36; allowed: up to 1e\+30"):
-        read(plain_file(tmp_path / "a.h5", curves=curves))
