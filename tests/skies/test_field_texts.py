@@ -113,6 +113,8 @@ def test_the_unit_has_other_spellings(name):
     field = east()
     field.radiance.attrs = {name: UNIT}
     assert read(field).radiance_unit == pytest.approx(1e-3)
+    field.radiance.attrs = {name: "relative", "long_name": "sun-normalised radiance"}  # a factor changes nothing
+    assert read(field).radiance_unit == 0
     field.radiance.attrs = {"long_name": f"sky radiance in {UNIT}"}
     assert read(field).radiance_unit == pytest.approx(1e-3)
 

@@ -98,7 +98,8 @@ def read_radiance_field(
         _check_radiances(values)
         if not np.isnan(values).any():
             if not is_from_sun and any(one is not None for one in sun.values()):
-                raise UsageError("the sun: not used with a field that has a value in every direction of its grid")
+                message = "the sun: not used with a field that has a value in every direction of its grid"
+                raise UsageError(f"{message}; leave out --sun-zenith and --sun-azimuth (sun_zenith_deg=, ...)")
             slope = None
             if not has_bounds and angle.size > 1:
                 means = [_joined(angle, turned, row, product) for row in values]
@@ -147,7 +148,7 @@ def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
     if other := next((unit for unit in said if unit != stated and radiance_factor(unit) != factor), ""):
         message = f"the unit of the field is {stated!r}, and its text says {other!r}"
         raise FieldError(message, SAY_UNIT, "radiance_unit")
-    if given is None and (
+    if given is None and factor != 0.0 and (  # which leaves relative light as it is
         found := next(filter(None, map(STATED_FACTOR.search, [*texts, *_notes(field.attrs), *of_file])), None)
     ):
         raise FieldError(f"the text of the field says {found[0]!r} besides its unit", SAY_FACTOR, "radiance_unit")
