@@ -148,9 +148,9 @@ def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
     if other := next((unit for unit in said if unit != stated and radiance_factor(unit) != factor), ""):
         message = f"the unit of the field is {stated!r}, and its text says {other!r}"
         raise FieldError(message, SAY_UNIT, "radiance_unit")
-    if given is None and factor != 0.0 and (  # which leaves relative light as it is
-        found := next(filter(None, map(STATED_FACTOR.search, [*texts, *_notes(field.attrs), *of_file])), None)
-    ):
+    stated_factors = map(STATED_FACTOR.search, [*texts, *_notes(field.attrs), *of_file])
+    found = next(filter(None, stated_factors), None)
+    if found and given is None and factor != 0.0:  # relative light stays as it is
         raise FieldError(f"the text of the field says {found[0]!r} besides its unit", SAY_FACTOR, "radiance_unit")
     if factor is None:
         raise FieldError(f"the unit {stated!r} of the field is none of spectral radiance", SAY_UNIT, "radiance_unit")
