@@ -109,8 +109,9 @@ def with_one_bound(name, place, value):
     ],
 )
 def test_bounds_that_are_none(made, why):
-    with pytest.raises(sky.SceneError, match=why):
+    with pytest.raises(sky.SceneError, match=why) as error:
         read(made())
+    assert error.value.advice
 
 
 def test_equal_steps_leave_no_choice_of_bounds():

@@ -26,6 +26,7 @@ from aomc_sky.formats.radiance_words import (
 )
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.field_axes import (
+    SAY_BOUNDS,
     Axis,
     Azimuths,
     axis_of,
@@ -281,7 +282,7 @@ def _rings(
     _refuse_below(zenith, angle)
     if not np.all(angle >= 0) or not above.any():
         message = f"coordinate {zenith.name!r} has no zenith angles from 0 to 90 degrees, or some below 0"
-        raise FieldError(message, argument="zenith")
+        raise FieldError(message, "write 0 to 90 degrees, azimuths plus 180 degrees beyond the zenith", "zenith")
     if not above.all():
         remarks.append(f"{np.count_nonzero(~above)} zenith angles below the horizon were left out")
     if angle[above].size == 1 and edges is None:
@@ -289,7 +290,7 @@ def _rings(
     order = np.flatnonzero(above)[np.argsort(angle[above], kind="stable")]
     angle, values = angle[order], values[:, order]
     if np.any(np.diff(angle) <= 0):
-        raise FieldError(f"coordinate {zenith.name!r} has a zenith angle twice", argument="zenith")
+        raise FieldError(f"coordinate {zenith.name!r} has a zenith angle twice", "leave one of them out", "zenith")
     if edges is None:
         _refuse_absent_bounds(zenith, np.diff(angle))
         rings = _between(angle).clip(0.0, 90.0)
@@ -299,7 +300,7 @@ def _rings(
     else:
         rings = np.sort(edges[order], axis=1)
         if np.any((rings[:, 0] > angle + EDGE_DEG) | (rings[:, 1] < angle - EDGE_DEG)):
-            raise FieldError(f"the bounds of coordinate {zenith.name!r} are not around it", argument="zenith")
+            raise FieldError(f"the bounds of coordinate {zenith.name!r} are not around it", SAY_BOUNDS, "zenith")
         rings[rings <= EDGE_DEG] = 0.0
         rings[rings >= 90.0 - EDGE_DEG] = 90.0
         rings = _joined_edges(zenith.name, rings)
@@ -382,7 +383,7 @@ def _joined_edges(name: str, edges: np.ndarray, turn: float = 0.0) -> np.ndarray
     is_same = np.abs(edges[:, 0] - before) <= EDGE_DEG
     edges[is_same, 0] = before[is_same]
     if np.any(edges[:, 0] < before) or np.any(edges[:, 1] <= edges[:, 0]):
-        raise FieldError(f"the bounds of coordinate {name!r} overlap, or are empty", argument="table")
+        raise FieldError(f"the bounds of coordinate {name!r} overlap, or are empty", SAY_BOUNDS, "table")
     return edges
 
 
