@@ -261,6 +261,7 @@ def test_long_texts_of_a_stranger_take_no_time(words):
         (east(of_file={"comment": "All radiances are in uW/(cm^2 nm sr)."}), "its text says 'uW/.cm"),
         (east(radiance={"unit": "W m-2 nm-1 sr-1"}), "its text says 'W m-2 nm-1 sr-1'"),
         (east(azimuth=DEGREES | {"long_name": "azimuth N-E-S-W"}), "does not say clearly|contradict"),
+        (east(azimuth=DEGREES | {"long_name": "azimuth, pvlib convention"}), "'pvlib' is not understood"),
         (east().isel(zenith=4), "one zenith angle, and its coordinate 'zenith' has no dimension; give it one"),
     ],
 )
