@@ -235,5 +235,11 @@ def test_wavelengths_of_a_table_in_another_unit_are_asked_about(tmp_path):
 def test_gaps_of_a_table_are_no_light(tmp_path):
     """999 is in the range of the sun's irradiance."""
     (tmp_path / "sun.csv").write_text("300,1.5\n500,999\n900,1.4\n")
+    path = changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file sun.csv"))
     with pytest.raises(InputFileError, match=r"E404.*1 value is 999, and the next one is 1.5; is 999 a gap"):
-        read_atmo(changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file sun.csv")))
+        read_atmo(path)
+    (tmp_path / "sun.csv").write_text("300,1.5\n500,1.5\n501,-1\n502,1.5\n900,1.4\n")
+    with pytest.raises(InputFileError, match=r"(?s)E404.*'sun.csv': -1 is below 0.*leave out the rows of gaps"):
+        read_atmo(path)
+    (tmp_path / "sun.csv").write_text("300,1.5\n500,1.5\n501,-1e-5\n502,1.5\n900,1.4\n")  # noise
+    read_atmo(path)
