@@ -44,6 +44,7 @@ WORDS = {
     "from north to south": None, "from the sun towards east": None, "from north and from south": None,
     "right-handed from north": None, "azimuth of the sun": None, "north east": None, "cw from northeast": None,
     "positive": None, "clockwise negative from north": None, "from the principal plane": None, "inversely": None,
+    "N→E": "north east", "pvlib": None, "NESW": None, "N-E-S-W": None, "specular direction = 0": None,
     "looking up, clockwise from north": None, "N E S W": None, "from north or east": None, "reverse of pvlib": None,
 }  # fmt: skip
 

@@ -112,8 +112,9 @@ def with_one_bound(name, place, value):
     ],
 )
 def test_bounds_that_are_none(made, why):
-    with pytest.raises(sky.SceneError, match=why):
+    with pytest.raises(sky.SceneError, match=why) as error:
         read(made())
+    assert error.value.advice
 
 
 RINGS_OF_FOUR = sky.TabulatedSky(

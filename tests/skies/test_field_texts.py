@@ -98,6 +98,8 @@ def test_the_unit_has_other_spellings(name):
     field = east()
     field.radiance.attrs = {name: UNIT}
     assert read(field).radiance_unit == pytest.approx(1e-3)
+    field.radiance.attrs = {name: "relative", "long_name": "sun-normalised radiance"}  # a factor changes nothing
+    assert read(field).radiance_unit == 0
     field.radiance.attrs = {"long_name": f"sky radiance in {UNIT}"}
     assert read(field).radiance_unit == pytest.approx(1e-3)
 
@@ -216,6 +218,7 @@ ABOVE, BELOW_90 = east().isel(zenith=slice(0, 9)), 180 - ZENITH[:9]
         (east(of_file={"comment": "All radiances are in uW/(cm^2 nm sr)."}), "its text says 'uW/.cm"),
         (east(radiance={"unit": "W m-2 nm-1 sr-1"}), "its text says 'W m-2 nm-1 sr-1'"),
         (east(azimuth=DEGREES | {"long_name": "azimuth N-E-S-W"}), "does not say clearly|contradict"),
+        (east(azimuth=DEGREES | {"long_name": "azimuth, pvlib convention"}), "'pvlib' is not understood"),
         (east().isel(zenith=4), "one zenith angle, and its coordinate 'zenith' has no dimension; give it one"),
     ],
 )

@@ -24,7 +24,7 @@ _PHRASES = (
     (r"\b(?:light |that )*(?:comes?|coming|arrives?|arriving) from\b", " "),
     (r"is the horizontal angle between\b.*", "clockwise"),  # the definition of CF
     (r"[-+]?\b(?:0|180) ?(?:-|\N{EN DASH}|to|\.\.+) ?\+?(?:180|360)\b", " "),  # the range, and no statement
-    (r"-+>", " to "),
+    (r"-+>|→", " to "),
     (
         r"(?<!from )(?<!from the )(?<!from \+)\bx(?:[ -]axis)? (?:is |points? )?to(?:wards?)?"
         r" (?=(?:the )?(?:north|south|west)\b)",
@@ -73,7 +73,10 @@ _SPEAKS = re.compile(
     r"\b[ensw] ?=|[=\d] ?[ensw]\b|^\W*[ensw]\W*$|\b[ensw](?: ?[-,/] ?[ensw]){2,3}\b|\+[xy]\b"
 )
 """Words of a text that is on where azimuths count; other texts are on something else."""
-_MAY_SPEAK = re.compile(r"\b(?:from|positive|negative|reference|left|right|instrument|frame)\b")
+_MAY_SPEAK = re.compile(
+    r"\b(?:from|positive|negative|reference|left|right|instrument|frame|conventions?|specular|hot ?spot|phi ?0"
+    r"|nesw|nwse|disort|uvspec|libradtran|gendaylit|pvlib|aeronet|modis)\b"
+)
 """Words that are on where azimuths count, except in a comment, which may be on anything."""
 
 OTHER_AZIMUTHS = re.compile(

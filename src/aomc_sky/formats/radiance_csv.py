@@ -494,7 +494,7 @@ class _Table:
         in_head, place = self.head.get("radiance", (unit, span))
         if "radiance" not in self.given and radiance_factor(in_head) != factor:
             self._bad(place, f"{quoted(in_head)} beside {quoted(unit)} of the column", _UNIT_LINE)
-        elif "radiance" not in self.given and self.factor_lines and unit:
+        elif "radiance" not in self.given and self.factor_lines and unit and factor != 0.0:
             word, place = self.factor_lines[0]
             self._bad(place, f"this line says {word!r} besides the unit", SAY_FACTOR)
         elif other is not None and "radiance" not in self.given:

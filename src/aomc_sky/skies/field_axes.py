@@ -80,6 +80,9 @@ def stated_unit(attributes: Mapping[str, Any]) -> str:
     return texts.get("units", texts.get("unit", ""))
 
 
+SAY_BOUNDS = "write bounds in the unit of the angles, each beside the next, or leave the attribute bounds out"
+
+
 class Axis(NamedTuple):
     """One coordinate of a field."""
 
@@ -137,13 +140,14 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
     if len(candidates) > 1:
         shown = ", ".join(map(repr, candidates))
         message = f"the field has {len(candidates)} coordinates that may be its {role}: {shown}"
-        raise FieldError(message, f"say which one: {role}='NAME'", role)
+        advice = f"leave the others out of the file, or say which one: {role}='NAME' (Python, or [sky] of sky.toml)"
+        raise FieldError(message, advice, role)
     if not candidates:
         if role == "wavelength" and any("wavenumber" in str(name).lower() for name in field.coords):
             raise FieldError("the field has wavenumbers", "give wavelengths, and radiances per nm", role)
         if role == "zenith":
             message = f"the field has no coordinate of zenith angles among {_listed(field)}"
-            advice = "give it the name zenith, or say which one it is: zenith='NAME'"
+            advice = "give it the name zenith, or say which one it is: zenith='NAME' (Python, or [sky] of sky.toml)"
             single = {str(name): one.expand_dims("one") for name, one in field.coords.items() if not one.dims}
             if alone := next((name for name, one in single.items() if _has_role(name, one, role)), None):
                 message = f"the field has one zenith angle, and its coordinate {alone!r} has no dimension"
@@ -315,7 +319,7 @@ def azimuths(
         beside[is_apart] = (beside[is_apart] + 180.0) % 360.0 - 180.0
         beside.sort(axis=1)
         if np.any((beside[:, 0] > EDGE_DEG) | (beside[:, 1] < -EDGE_DEG)):
-            raise FieldError(f"the bounds of coordinate {axis.name!r} are not around it", argument="azimuth")
+            raise FieldError(f"the bounds of coordinate {axis.name!r} are not around it", SAY_BOUNDS, "azimuth")
         edges = turned[:, None] + np.sort(convention.value[1] * beside, axis=1)
     return Azimuths(turned, edges, axis.values), convention
 
@@ -347,7 +351,8 @@ def wavelengths_nm(axis: Axis) -> np.ndarray:
     advice = "set its attribute units to nm, um, m or angstrom"
     if scale is None or any("wavenumber" in text.lower() for text in axis.texts("standard_name", "long_name")):
         shown = axis.unit or "wavenumbers"
-        raise FieldError(f"coordinate {axis.name!r} has the unit {shown!r}; a wavelength is in nm, um, m or angstrom")
+        message = f"coordinate {axis.name!r} has the unit {shown!r}; a wavelength is in nm, um, m or angstrom"
+        raise FieldError(message, "give wavelengths, and radiances per nm")
     values = np.asarray(axis.values * scale)
     if not np.all(np.isfinite(values)):
         raise FieldError(f"coordinate {axis.name!r} has values that are not finite", argument="wavelength")

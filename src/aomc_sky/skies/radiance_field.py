@@ -26,6 +26,7 @@ from aomc_sky.formats.radiance_words import (
 )
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.field_axes import (
+    SAY_BOUNDS,
     Axis,
     Azimuths,
     axis_of,
@@ -97,7 +98,8 @@ def read_radiance_field(
         _check_radiances(values)
         if not np.isnan(values).any():
             if not is_from_sun and any(one is not None for one in sun.values()):
-                raise UsageError("the sun: not used with a field that has a value in every direction of its grid")
+                message = "the sun: not used with a field that has a value in every direction of its grid"
+                raise UsageError(f"{message}; leave out --sun-zenith and --sun-azimuth (sun_zenith_deg=, ...)")
             slope = None
             if not has_bounds and angle.size > 1:
                 means = [_joined(angle, turned, row, product) for row in values]
@@ -146,9 +148,9 @@ def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
     if other := next((unit for unit in said if unit != stated and radiance_factor(unit) != factor), ""):
         message = f"the unit of the field is {stated!r}, and its text says {other!r}"
         raise FieldError(message, SAY_UNIT, "radiance_unit")
-    if given is None and (
-        found := next(filter(None, map(STATED_FACTOR.search, [*texts, *_notes(field.attrs), *of_file])), None)
-    ):
+    stated_factors = map(STATED_FACTOR.search, [*texts, *_notes(field.attrs), *of_file])
+    found = next(filter(None, stated_factors), None)
+    if found and given is None and factor != 0.0:  # relative light stays as it is
         raise FieldError(f"the text of the field says {found[0]!r} besides its unit", SAY_FACTOR, "radiance_unit")
     if factor is None:
         raise FieldError(f"the unit {stated!r} of the field is none of spectral radiance", SAY_UNIT, "radiance_unit")
@@ -279,7 +281,7 @@ def _rings(
     _refuse_below(zenith, angle)
     if not np.all(angle >= 0) or not above.any():
         message = f"coordinate {zenith.name!r} has no zenith angles from 0 to 90 degrees, or some below 0"
-        raise FieldError(message, argument="zenith")
+        raise FieldError(message, "write 0 to 90 degrees, azimuths plus 180 degrees beyond the zenith", "zenith")
     if not above.all():
         remarks.append(f"{np.count_nonzero(~above)} zenith angles below the horizon were left out")
     if angle[above].size == 1 and edges is None:
@@ -287,7 +289,7 @@ def _rings(
     order = np.flatnonzero(above)[np.argsort(angle[above], kind="stable")]
     angle, values = angle[order], values[:, order]
     if np.any(np.diff(angle) <= 0):
-        raise FieldError(f"coordinate {zenith.name!r} has a zenith angle twice", argument="zenith")
+        raise FieldError(f"coordinate {zenith.name!r} has a zenith angle twice", "leave one of them out", "zenith")
     if edges is None:
         _refuse_absent_bounds(zenith, np.diff(angle))
         rings = _between(angle).clip(0.0, 90.0)
@@ -297,7 +299,7 @@ def _rings(
     else:
         rings = np.sort(edges[order], axis=1)
         if np.any((rings[:, 0] > angle + EDGE_DEG) | (rings[:, 1] < angle - EDGE_DEG)):
-            raise FieldError(f"the bounds of coordinate {zenith.name!r} are not around it", argument="zenith")
+            raise FieldError(f"the bounds of coordinate {zenith.name!r} are not around it", SAY_BOUNDS, "zenith")
         rings[rings <= EDGE_DEG] = 0.0
         rings[rings >= 90.0 - EDGE_DEG] = 90.0
         rings = _joined_edges(zenith.name, rings)
@@ -380,7 +382,7 @@ def _joined_edges(name: str, edges: np.ndarray, turn: float = 0.0) -> np.ndarray
     is_same = np.abs(edges[:, 0] - before) <= EDGE_DEG
     edges[is_same, 0] = before[is_same]
     if np.any(edges[:, 0] < before) or np.any(edges[:, 1] <= edges[:, 0]):
-        raise FieldError(f"the bounds of coordinate {name!r} overlap, or are empty", argument="table")
+        raise FieldError(f"the bounds of coordinate {name!r} overlap, or are empty", SAY_BOUNDS, "table")
     return edges
 
 

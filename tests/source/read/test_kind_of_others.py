@@ -48,7 +48,15 @@ def test_radiances_in_hdf5_and_numpy_are_told_where_they_go(tmp_path, capsys):
     with h5py.File(tmp_path / "sky.h5", "w") as file:
         file["radiance"] = np.ones((3, 4))
     np.save(tmp_path / "sky.npy", np.ones((3, 4)))
-    for name, advice in (("sky.h5", "a field of radiances has a name in .nc"), ("sky.npy", "sky.TabulatedSky")):
+    (tmp_path / "sky.mcpl").write_bytes(b"MCPL003L")
+    (tmp_path / "day.sky").write_bytes(b"AOMC-SKY")
+    assert "E971" in said(capsys, "validate", tmp_path / "day.sky")[1]
+    for name, advice in (
+        ("sky.h5", "a field of radiances has a name in .nc"),
+        ("sky.npy", "sky.TabulatedSky"),
+        ("sky.mcpl", "`aomc-sky verify --scene AMC_INP"),
+        ("day.sky", "day.sky` shows it"),
+    ):
         code, text = said(capsys, "run", tmp_path / name, "--wavelengths", 550)
         assert code == 3
         assert advice in text

@@ -32,9 +32,8 @@ def add_options(parser: Parser) -> None:
     parser.description = (
         "Read every file named (of a folder: all of a known name, and those that its amc.inp asks for) and "
         "report every problem of every file, and of a folder with amc.inp whatever `run` would refuse; never "
-        "make photons. The name of a file says its kind: amc, lambbot, "
-        "skydist or difcol at its start or between dots, or its ending .toml, .mcpl, .h5, .atmo, .epw, .tmy2, .tmy3 "
-        "or .csv (a measured sky)."
+        "make photons. The name of a file says its kind: amc, lambbot, skydist or difcol at its start or between dots, "
+        "or its ending .toml, .mcpl, .sky, .h5, .atmo, .epw, .tmy2, .tmy3 or .csv (a measured sky)."
     )
     parser.epilog = "examples:\n  aomc-sky validate inputs/clear_day\n  aomc-sky validate amc.inp skydist.inp"
     parser.add_argument("paths", nargs="+", metavar="FILE", help="a file, or a folder")
@@ -50,6 +49,7 @@ def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]
     from aomc_sky.formats.aomc.amc import read_difcol, read_lambbot
     from aomc_sky.formats.aomc.skydist import read_skydist
     from aomc_sky.formats.mcpl.file import check_mcpl
+    from aomc_sky.outputs.source_file import read_source_head
 
     return {
         Kind.SCENE: lambda path: _read_amc(path, lenient),
@@ -58,6 +58,7 @@ def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]
         Kind.TABLE: lambda path: read_skydist(path, lenient=lenient, max_memory_bytes=max_memory),
         Kind.SKY_TOML: lambda path: _read_toml(path, arguments),
         Kind.MCPL: check_mcpl,
+        Kind.SOURCE: read_source_head,
         Kind.BACKGROUND: _read_background,
         Kind.ATMOSPHERE: lambda path: _read_atmosphere(path, allow_paths),
         Kind.WEATHER: _read_weather,

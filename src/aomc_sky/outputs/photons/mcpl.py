@@ -198,7 +198,7 @@ class McplWriter(PhotonWriter):
                 raise UsageError(f"{none}: name their waveband with --waveband")
             if len(bands) > 1:
                 raise UsageError(f"no photon of {path} has the energy of a waveband: give one --waveband for all")
-            notes.append("no photon has the energy of a waveband: all photons are used")
+            notes += ["no photon has the energy of a waveband: all photons are used"] * (n_photons > 0)
             rows = {band: partial(_mcpl_rows, file, None) for band in bands or (0,)}
             return PhotonFile(path=path, rows=rows, notes=tuple(notes), header=file.header)
         bands = bands or tuple(np.flatnonzero(n_of).tolist())

@@ -147,9 +147,11 @@ def not_a_scene(amc: Path) -> InputFileError | None:
         f'[atmosphere] and file = "{path.name}" in sky.toml beside it',
         Kind.BACKGROUND: "a scene adds it by [[background]] of sky.toml; a field of radiances has a name in .nc",
         Kind.NPY: "`aomc-sky verify --scene AMC_INP FILE` checks photons; radiances go into sky.TabulatedSky (Python)",
+        Kind.MCPL: f"`aomc-sky verify --scene AMC_INP {path}` checks photons",
+        Kind.SOURCE: f"`aomc-sky info {path}` shows it; C, C++, CUDA and Fortran read it by aomc_sky.h",
         Kind.PROGRAM: f"run it by Python: python {path}; there aomc_sky.write_run makes a run folder",
     }.get(kind, default)
-    if kind_of(path.parent) is Kind.RUN:
+    if kind in (Kind.RUN_FILE, Kind.NPY, Kind.MCPL, Kind.SOURCE) and kind_of(path.parent) is Kind.RUN:
         advice = f"`aomc-sky info {path.parent}` shows the run that it is of"
     return refuse(path, f"this is {kind.value}; amc.inp belongs here", advice=advice)
 

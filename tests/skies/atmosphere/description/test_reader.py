@@ -196,6 +196,8 @@ KEYS = {"sun": "1.5, 1.9, 1.7, 1.4", "ground": "0.1, 0.1, 0.2, 0.3", "ozone": "1
         ("sun", "0.3,1\n0.9,1\n", "(?s)E408.*micrometres"),
         ("sun", "3000,1\n9000,1\n", "(?s)E408.*angstroms"),
         ("sun", "300,1.5\n500,999\n900,1.4\n", "E404.*1 value is 999, and the next one is 1.5; is 999 a gap"),
+        ("sun", "300,1.5\n501,-1\n900,1.5\n", "(?s)E404.*-1 is below 0.*leave out the rows of gaps"),
+        ("sun", "# noise below 0\n250,1\n260,-1e-5", ""),
     ],
 )
 def test_tables_of_another_unit_and_gaps_are_asked_about(tmp_path, key, table, found):

@@ -29,6 +29,8 @@ MAX_TOTAL_BYTES = 2**23
 """Of all tables together."""
 MAX_REFERENCES = 1024
 
+_NOISE = 1e-3  #: Measured cross sections have noise around 0, this share of the largest at most.
+_SAY_GAPS = "leave out the rows of gaps"
 _WEIGHTED = re.compile(r"(weighted file\s+)(\S+)\s+(.*)\Z", re.DOTALL)
 
 
@@ -90,7 +92,9 @@ class SpectrumReader:
             _check_head(name, table.head, rule)
             if doubt := doubt_of_gaps([table.value]):
                 message = f"{quoted(name)}: {doubt[0].replace('radiance', 'value')}"
-                raise BadValueError("E404", message, advice="leave out the rows of gaps")
+                raise BadValueError("E404", message, advice=_SAY_GAPS)
+            if (least := table.value.min()) < -_NOISE * table.value.max():
+                raise BadValueError("E404", f"{quoted(name)}: {least:g} is below 0", advice=_SAY_GAPS)
             _check_cover(name, table.wavelength_nm, wavelength_nm)
         except BadValueError as problem:
             problem.offset, problem.width = offset, max(len(name), 1)
