@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -37,7 +36,7 @@ from aomc_sky.plan.options import Footprint, Placement, SamplingOptions, resolve
 from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.streams import STREAM_VERSION, checked_seed
 from aomc_sky.record import same_content
-from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG
+from aomc_sky.skies.direct_beam import about_solar_irradiance
 from aomc_sky.skies.model import has_share
 from aomc_sky.wavebands import Wavebands, as_wavebands
 from aomc_sky.whole_number import as_index
@@ -341,14 +340,8 @@ class Scene:
 
 
 def _warn_of_too_much_light(wavelength_nm: np.ndarray, irradiance: np.ndarray) -> None:
-    """Clouds double the light of the sun at most; a unit that is read or written wrongly makes factors of 10 and more.
-
-    The sun is a disc of 6000 K here: right within 17 % from 410 to 3000 nm, up to twice too bright from 300 nm on.
-    """
-    is_solar = (wavelength_nm >= 300.0) & (wavelength_nm <= 3000.0)
-    disc_sr, micrometres = math.pi * math.sin(math.radians(SOLAR_RADIUS_DEG)) ** 2, wavelength_nm[is_solar] / 1000
-    sun = np.full(wavelength_nm.shape, np.inf)
-    sun[is_solar] = disc_sr * 1.191043e5 / micrometres**5 / np.expm1(14387.77 / 6000 / micrometres)
+    """Clouds double the light of the sun at most; a unit that is read wrongly makes factors of 10 and more."""
+    sun = about_solar_irradiance(wavelength_nm)
     band = int(np.argmax(irradiance / sun))
     if irradiance[band] > 2 * sun[band]:
         warnings.warn(

@@ -225,6 +225,9 @@ def test_norms_and_colours_that_are_odd_are_told():
     text = "return vec4(1)*(1 + wavelengths/1e4*dotViewSun)/(4*PI);"
     with pytest.warns(InputWarning, match="is called achromatic and depends on the wavelength"):
         read_medium(description(dataclasses.replace(grey, phase_function=source(text))))
+    bright = 100 * description(air()).solar_irradiance
+    with pytest.warns(InputWarning, match=r"the solar irradiance at .* times that of the sun: a unit may be wrong"):
+        read_medium(description(air(), solar_irradiance=bright))
 
 
 def test_the_problems_of_all_blocks_come_together():

@@ -35,6 +35,7 @@ from aomc_sky.skies.atmosphere.lights import MOON_RADIUS_M, Moon
 from aomc_sky.skies.atmosphere.medium import Constituent, Medium, NumberDensity, PhaseBlock, read_phase_block
 from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.skies.atmosphere.phase_table import PhaseTable, TabulatedPhase, tabulated_phase
+from aomc_sky.skies.direct_beam import about_solar_irradiance
 from aomc_sky.wavebands import nearest_wavelength_index
 
 # of the vertical optical depth: what counts for less is left out
@@ -97,6 +98,7 @@ def read_medium(
         least_line_points=description.sizes.get("radial integration points", 0),
         least_angles=description.sizes.get("angular integration points", 0),
     )
+    _warn_of_too_bright_a_sun(medium, description.path)
     depth = vertical_optical_depth(medium)
     is_dropped = (depth <= NEGLIGIBLE_SHARE * depth.sum(axis=1, keepdims=True)).all(axis=0)
     report = MediumReport(
@@ -109,6 +111,16 @@ def read_medium(
     )
     kept = tuple(one for (one, _), out in zip(found, is_dropped, strict=True) if not out)
     return replace(medium, constituents=kept), report
+
+
+def _warn_of_too_bright_a_sun(medium: Medium, path: str) -> None:
+    ratio = medium.toa_irradiance / about_solar_irradiance(medium.wavelength_nm)
+    row = int(ratio.argmax())
+    if ratio[row] > 2.0:
+        nm, irradiance = medium.wavelength_nm[row], medium.toa_irradiance[row]
+        found = f"the solar irradiance at {nm:g} nm is {irradiance:.3g} W m-2 nm-1"
+        message = f"{path}: {found}, {ratio[row]:.2g} times that of the sun: a unit may be wrong"
+        warnings.warn(message, InputWarning, stacklevel=3)
 
 
 NEAR_NM = 1.0
