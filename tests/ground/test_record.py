@@ -109,12 +109,17 @@ def test_slices_and_arrays_of_a_batch():
         batch[::2]
 
 
-def test_what_readers_give_compares_and_is_short():
+def test_what_readers_give_compares_and_is_short(tmp_path):
     atmosphere = INPUTS / "atmosphere" / "molecules_only.atmo"
     assert sky.read_atmo(atmosphere) == sky.read_atmo(atmosphere)
     assert sky.read_atmo(atmosphere) != sky.read_atmo(INPUTS / "atmosphere_sky" / "clear.atmo")
     assert len(repr(sky.read_atmo(atmosphere))) < 900
     assert Irradiance(of_component=np.ones((300, 2))) == Irradiance(of_component=np.ones((300, 2)))
+    pytest.importorskip("mcpl")
+    sky.write_mcpl(sky.weather_scene(**NOON).source(seed=1), tmp_path / "a.mcpl")
+    one, other = (sky.read_mcpl(tmp_path / "a.mcpl").particles() for _ in range(2))
+    assert one == other
+    assert len(repr(one)) < 400
 
 
 def test_positions_of_the_sun_compare():

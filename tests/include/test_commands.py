@@ -89,6 +89,19 @@ def test_info_shows_the_head_and_refuses_damage(run, told):
     assert main(["info", str(run / "none.sky")]) == 3
 
 
+def test_write_source_is_atomic_and_says_what_is_wrong(tmp_path):
+    source = sky.Scene(wavebands=[550.0], n_photons=100, components="uniform").source(seed=1)
+    for words, error, says in (
+        (("day.sky", source), sky.UsageError, "expected a PhotonSource"),
+        ((source, ""), sky.UsageError, "name of a file"),
+        ((source, tmp_path / "nowhere" / "x.sky"), sky.errors.OutputError, None),
+    ):
+        with pytest.raises(error, match=says):
+            sky.write_source(*words)
+    sky.write_source(source, tmp_path / "x.sky")
+    assert [path.name for path in tmp_path.iterdir()] == ["x.sky"]
+
+
 def test_equal_plans_give_equal_bytes_and_bands_share_tables():
     def made(n_bands):
         grid = sky.PatchGrid.regular(90, 360)

@@ -267,6 +267,11 @@ def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
     assert abs(seen / radiance(30, 90, 440.0) - 1) < 0.03
 
 
+def test_wavelengths_beyond_those_of_a_table_are_warned_of():
+    with pytest.warns(sky.InputWarning, match=r"warning\[E310\]: 1 of 2 .* 440 to 550 nm; waveband 2 at 660 nm"):
+        sky.Scene(wavebands=[500.0, 660.0], n_photons=10, components=read(field()))
+
+
 def points(nm=NM, unit="100 mW m-2 nm-1 sr-1", n=150):
     """Directions of one dimension, each with a wavelength; those of one wavelength are not those of another."""
     rng = np.random.default_rng(6)

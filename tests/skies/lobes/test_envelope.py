@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.component import Law
+from aomc_sky.errors import SceneError
 from aomc_sky.skies.lobes import functions as lobes
 from aomc_sky.skies.lobes.envelope import LobeFrame, envelopes_of
 from aomc_sky.skies.lobes.horizon import masses_of_lobe
@@ -131,3 +132,16 @@ def test_components():
     twins = lower(kinds=["hg"] * 3, param0=[0.5] * 3, param1=[0.0] * 3, quaternion=[turned(100.0)] * 3)
     assert len(twins) == 3
     assert twins[0].bounds is twins[2].bounds or np.shares_memory(twins[0].bounds, twins[2].bounds)
+
+
+@pytest.mark.parametrize(
+    ("changed", "error", "text"),
+    [
+        ({"names": ["a;", "b", "a,"]}, SceneError, "must differ"),
+        ({"irradiance": [[1.0], [-1.0], [1.0]]}, SceneError, "not negative"),
+        ({"param0": [1.0, 0.1, 0.1]}, SceneError, "0 <= g < 1"),
+    ],
+)
+def test_bad_lobes(changed, error, text):
+    with pytest.raises(error, match=text):
+        lower(**changed)
