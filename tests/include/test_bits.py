@@ -13,7 +13,7 @@ from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.source_file import source_bytes
 from tests.support.host_programs import run
 from tests.support.shared import REPOSITORY
-from tests.support.source_files import STRICT, WAYS, built, compare, needs_gcc, same_bits, source_of
+from tests.support.source_files import SCENES, STRICT, WAYS, built, compare, needs_gcc, same_bits, source_of
 
 pytestmark = needs_gcc
 FLAGS = ("-O0", "-O2", "-O3 -march=native", "-O3 -march=native -fno-math-errno", "-Os", "-O3 -mno-avx")
@@ -120,3 +120,21 @@ def test_no_standard_warns(command, tmp_path):
     (tmp_path / "use.c").write_text('#include "aomc_sky.h"\nint main(void) { return aomc_sky_message(0) == 0; }\n')
     for how, text in (("-O2", "use.c"), ("-fsyntax-only", str(include_dir() / "aomc_sky.c"))):
         run([compiler, standard, how, *STRICT.split(), f"-I{include_dir()}", "-c", *language, text], tmp_path)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_other_flags(name):
+    compare(built("-O3 -march=native"), source_of(name))
+    compare(built("-O3 -march=native"), source_of(name, precision="float64", order="patch"))
+
+
+@pytest.mark.parametrize("name", ["table", "lobes and all"])
+def test_single_photons_of_more_than_32_bits(name):
+    source, driver = source_of(name, 2**32 + 5), built("-O2")
+    driver.open(source)
+    index = np.random.default_rng(3).integers(0, 2**32 + 5, 300)
+    rows, patch = driver.at(index, source.dtype)
+    batches = [source.photons(0, i, i + 1, numbers=3) for i in index.tolist()]
+    expected = [[b.ux[0], b.uy[0], b.uz[0], *b.numbers[0]] for b in batches]
+    assert same_bits(rows, np.array(expected, source.dtype).T)
+    assert patch.tolist() == [b.patch[0] for b in batches]

@@ -313,3 +313,18 @@ def test_directions_of_float32_radians_are_above_the_horizon():
     angles = np.array([0.0, 0.5, 1.0, np.pi / 2, np.pi / 2, np.pi / 2], np.float32)
     points = {"sky_zenith_rad": angles, "sky_azimuth_rad": np.arange(6.0), "radiance": np.ones(6)}
     assert len(sky.RadianceField.from_points(**points, wavelength_nm=550.0).values[0]) == 6
+
+
+@pytest.mark.parametrize("name", ["netcdf4", "classic"])
+def test_bounds_come_with_a_file(name, tmp_path):
+    made = through_a_file(quads(), tmp_path / "quads.nc", "scipy" if name == "classic" else "h5netcdf")
+    assert irradiance(read(made)) == pytest.approx(EXACT, rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["relative_azimuth", "raa", "azimuth_from_sun"])
+def test_names_of_relative_azimuths(kind):
+    made = packed(np.tile(2.0 + np.cos(np.deg2rad(np.arange(0.0, 360.0, 10.0))), (18, 1)))
+    made.azimuth.attrs = {"units": "deg"}
+    table = read(made.rename(azimuth=kind), sun_azimuth_rad=np.deg2rad(40.0))
+    assert table.radiance(1.0, np.deg2rad(40.0), 550.0) == pytest.approx(3.0, rel=0.01)
+    assert f"azimuth '{kind}' counts counterclockwise from the sun; the sun is at 40" in table.remarks

@@ -152,3 +152,14 @@ def test_light_of_a_glowing_ground_is_not_polarised_around_the_sun():
     np.testing.assert_allclose(other.stokes, share[..., None] * one.stokes, atol=1e-12)
     with pytest.raises(sky.errors.SceneError, match="40 degrees below the horizon and the ground alone"):
         sky.AtmosphereSky.from_file(MOLECULES, sun_zenith_deg=130.0, ground_radiance=np.ones(2), **how)
+
+
+def test_an_atmosphere_has_one_row_and_even_weights():
+    """Its photons are even inside patches, so the row does not depend on the wavelength, and costs no radiance."""
+    how = {"sun_zenith_deg": 50.0, "sun_azimuth_deg": 20.0, "grid": sky.PatchGrid.regular(6, 12)}
+    how |= {"polarisation": sky.RayleighPattern()}
+    made = sky.AtmosphereSky.from_file(MOLECULES, wavelength_nm=[550.0], **how)
+    (component,) = made.lower([450.0, 550.0])
+    assert component.stokes.shape == (1, 72, 2)
+    even = sky.PerezSky(epsilon=6.0, delta=0.1, within="uniform", **how)
+    np.testing.assert_array_equal(component.stokes, even.lower([550.0])[0].stokes)

@@ -267,11 +267,6 @@ def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
     assert abs(seen / radiance(30, 90, 440.0) - 1) < 0.03
 
 
-def test_wavelengths_beyond_those_of_a_table_are_warned_of():
-    with pytest.warns(sky.InputWarning, match=r"warning\[E310\]: 1 of 2 .* 440 to 550 nm; waveband 2 at 660 nm"):
-        sky.Scene(wavebands=[500.0, 660.0], n_photons=10, components=read(field()))
-
-
 def points(nm=NM, unit="100 mW m-2 nm-1 sr-1", n=150):
     """Directions of one dimension, each with a wavelength; those of one wavelength are not those of another."""
     rng = np.random.default_rng(6)
@@ -387,3 +382,12 @@ def test_fields_of_any_magnitude(scale):
     assert np.all(np.isfinite(table.values))
     assert table.values.max() == pytest.approx(scale, rel=0.01, abs=0.0)
     assert np.all(np.abs(table.slope) <= 1)
+
+
+def test_the_field_of_our_own_export_is_read():
+    """Its coordinate wavelength is meant, and not sky_wavelength."""
+    scene = sky.Scene(wavebands=NM, n_photons=10, components=dataclasses.replace(PEREZ, irradiance_W_m2_nm=[0.4, 0.2]))
+    table = read(sky.to_xarray(scene.source()).radiance)
+    np.testing.assert_array_equal(table.wavelength_nm, NM)
+    again = sky.Scene(wavebands=NM, n_photons=10, components=table)
+    np.testing.assert_allclose(again.irradiance.of_component[:, 0], [0.4, 0.2], rtol=1e-9)

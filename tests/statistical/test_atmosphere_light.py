@@ -56,3 +56,15 @@ def test_photons_carry_the_light_of_the_solution(n_photons):
     assert whole * inverse == pytest.approx(scalar, rel=2e-3 if n_photons >= 1e7 else 1e-2)
     # patches are of constant radiance: exact for Ed, and for Eo to what varies inside a patch
     assert whole * source.exact_moments(BAND).mean_inverse_mu == pytest.approx(scalar, rel=1e-3)
+
+
+def test_counts_follow_the_patch_means():
+    source = run_of(2e5)
+    sky = next(c for c in source.components if c.name == "atmosphere")
+    row = 1
+    expected = (
+        sky.mass_of(row) / sky.mass_of(row).sum() * sky.strength[row] / sum(c.strength[row] for c in source.components)
+    )
+    start = int(np.argmax([c.name == "atmosphere" for c in source.components]))
+    counts = source.counts[BAND, start : start + sky.n_cells]
+    assert np.abs(counts - expected * 2e5).max() < 1.0

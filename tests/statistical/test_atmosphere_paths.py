@@ -82,3 +82,13 @@ def test_glowing_ground():
             assert np.all(np.abs(result.radiance_by_order[0, k - 1] - column(rows, f"L_order{k}")) < 5.0 * bar)
         bar = np.hypot(result.standard_error[0], column(rows, "se_all_at_least"))
         assert np.all(np.abs(result.radiance[0] - column(rows, "L_all")) < 5.0 * bar)
+
+
+@pytest.mark.slow
+def test_all_spherical_rows():
+    pulls, flagged = spherical_pulls(n_paths=50_000, every=1)
+    assert pulls.shape[1] == 945
+    assert np.abs(pulls).max() < 5.0
+    assert np.all(chdtr(945, np.sum(pulls**2, axis=1)) < 0.9999)
+    assert np.all(np.abs(pulls.mean(axis=1)) < 4.5 / np.sqrt(945))
+    assert flagged <= 10

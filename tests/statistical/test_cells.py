@@ -117,3 +117,10 @@ def test_a_beam_is_one_direction(precision):
     zenith, azimuth = np.deg2rad([35, 110])
     true = (-np.sin(zenith) * np.cos(azimuth), -np.sin(zenith) * np.sin(azimuth), -np.cos(zenith))
     assert found == pytest.approx(true, abs=float(np.finfo(precision).eps))
+
+
+def test_the_plant_itself_is_sound(plan_only):
+    """Without a defect the other generator's photons pass, so what is caught is the defect."""
+    for law in PLACE:
+        for cell in CELLS:
+            assert min(p_values(*places(law, cell, planted(law, cell, "none")))) >= plan_only.level

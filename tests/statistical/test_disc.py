@@ -98,3 +98,8 @@ def planted(zenith_deg, radius_deg, defect):
 )
 def test_planted_defects(plan_only, disc, defect):
     plan_only.catches(disc_p(planted(*DISCS[disc], defect), *DISCS[disc]))
+
+
+@pytest.mark.parametrize("disc", DISCS)
+def test_the_plant_itself_is_sound(plan_only, disc):
+    assert disc_p(planted(*DISCS[disc], "none"), *DISCS[disc]) >= plan_only.level

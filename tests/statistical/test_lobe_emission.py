@@ -218,3 +218,17 @@ def test_every_lobe(name):
     ):  # fmt: skip
         found = fairness(CROWD[name], scene_of(CROWD[name], n, crowded=crowded), precision=precision)
         assert found.holds, (n, crowded, found)
+
+
+@pytest.mark.slow
+def test_even_photons(plan):
+    """Photons that are tied together are not farther from the law than chance."""
+    for name in ("city", "below the horizon"):
+        world = sky_directions(source_of(LOBES[name], precision="float64").photons())
+        plan.check(chi2.upper_p(*patches(LOBES[name], world)))
+
+
+@pytest.mark.slow
+def test_the_simple_sampler_is_right(plan):
+    """What the planted defects below are made of: the lobe's own sampler, rejected with the cosine."""
+    plan.check(patch_p(LOBES["city"], accepted(LOBES["city"], lobes.sample)))

@@ -1,6 +1,8 @@
 """Photons of the Perez sky against the continuous law: cells finer than the patches, rings around the sun, means."""
 
+import warnings
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,6 +14,16 @@ from tests.reference import perez_law
 from tests.support import chi2
 from tests.support.perez_cases import CASES, CLIPPED, cell_counts, cell_p, cell_shares, cone_p, photon_p_values
 from tests.support.sampled import scene, sky_angles
+
+EDGES = [1.0, 1.065, 1.23, 1.5, 1.95, 2.8, 4.5, 6.2, 12.0]
+
+
+STATES = [
+    (epsilon, delta, sun_deg)
+    for low, high in pairwise(EDGES)
+    for epsilon in (low, (low + high) / 2, high - 1e-3)
+    for delta, sun_deg in ((0.2, 15.0), (0.35, 55.0), (0.25, 80.0))
+]
 
 N = 2_000_000
 SUN_AZIMUTH_DEG = 25.0
@@ -104,3 +116,18 @@ def test_planted_defects(plan_only, defect):
     planted = replace(case, epsilon=6.1) if defect == "other bin" else case
     angles = photons(planted, turn_deg=turn_deg, **FREE)
     plan_only.catches(cone_p(law, *perez_law.around_the_sun(law, *angles)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("state", STATES, ids=lambda state: "-".join(f"{value:.3g}" for value in state))
+def test_states_of_all_clearness_bins(plan, state):
+    epsilon, delta, sun_deg = state
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelLimitWarning)
+        model = PerezSky(sun_zenith_deg=sun_deg, epsilon=epsilon, delta=delta, grid=TEN_DEGREES)
+    law = perez_law.PerezLaw(
+        coefficients=tuple(model.model_coefficients.tolist()), sun_zenith_rad=model.sun_zenith_rad, tolerance=1e-6
+    )
+    angles = angles_of(model, 300_000, seed=9, **FREE)
+    plan.check(cell_p(law, *angles))
+    plan.check(chi2.mean_p(angles[0], perez_law.mean(law, lambda x, y, mu: mu)))

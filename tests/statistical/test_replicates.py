@@ -91,3 +91,14 @@ def test_a_shift_that_all_seeds_share_breaks_a_bar():
     independent = [tallied(sky.scene(10**6).source(seed=seed, method="iid")) for seed in range(1, 9)]
     iid, good, bad = (error_of(values, truth)[0]["planar"] for values in (independent, found, shifted))
     assert iid / good > 40 > iid / bad
+
+
+def test_batches_of_one_stratified_run_overstate_its_error():
+    """Why replicates are offered: at these few photons by more than 10 times already."""
+    errors = {}
+    for replicates in (1, R):
+        found = [standard_error(cosines(s, "stratified", replicates).sum(axis=1), np.full(R, N)) for s in range(20)]
+        errors[replicates] = np.sqrt(np.mean(np.square(found)))
+    spread = np.std([cosines(seed, "stratified", 1).mean() for seed in range(60)])
+    assert errors[1] > 10 * spread
+    assert 0.5 * errors[R] < np.std([cosines(seed, "stratified", R).mean() for seed in range(60)]) < 2 * errors[R]

@@ -56,3 +56,21 @@ def test_the_golden_ratio_without_a_new_start_is_found_out(grid):
     """The other planted defect: rings a golden ratio on, the steps counted through the whole band."""
     patches = EqualPatches(*grid)
     assert too_large(patches, patches.by_rank(golden=True))
+
+
+@pytest.mark.parametrize("grid", [(60, 86, 1), (33, 27, 2)])
+def test_the_places_along_the_flux_are_those_of_the_rank(grid):
+    """u knows nothing of rings, so planar irradiance gains as much as by the rank in the band alone."""
+    patches = EqualPatches(*grid)
+    _, u, _ = patches.emitted()(5)
+    steps = np.mod(np.diff(u), 1.0)
+    # u comes back from sin^2 of a direction: 1e-16 over a growth of 5e-4 and more
+    np.testing.assert_allclose(steps, 0.7548776662466927, atol=1e-11)
+
+
+def test_photons_above_each_other_are_a_golden_ratio_apart():
+    patches = EqualPatches(12, 30, 3)
+    _, _, v = patches.emitted()(8)
+    first = v.reshape(12, 30, 3)
+    np.testing.assert_allclose(np.mod(np.diff(first, axis=0), 1.0), 0.6180339887498949, atol=2**-31)
+    np.testing.assert_allclose(np.mod(np.diff(first.reshape(12, 90), axis=1), 1.0), 0.5698402909980532, atol=1e-11)

@@ -37,3 +37,20 @@ def said(*scenes, **variables):
 def test_a_variant_with_a_queue_after_the_others():
     pytest.importorskip("h5py")
     assert said("overcast", "perez_sky", "night_sky") == SAID
+
+
+@pytest.mark.slow
+def test_the_next_process_finds_the_code_of_every_variant(tmp_path):
+    pytest.importorskip("h5py")
+
+    def kept():
+        return {path.name: path.read_bytes() for path in tmp_path.rglob("*.nbc")}
+
+    assert said("overcast", "perez_sky", "night_sky", NUMBA_CACHE_DIR=str(tmp_path)) == SAID
+    first = kept()
+    texts = {name.split("-")[0] for name in first}
+    variants = ("", "_perez", "_lobes")
+    assert texts >= {f"{text}{hooks}" for text in ("emit.emit", "sampler._next") for hooks in variants}
+    last = said("night_sky", "perez_sky", "overcast", NUMBA_CACHE_DIR=str(tmp_path))[-1]
+    assert last == "overcast True lobes perez"
+    assert kept() == first

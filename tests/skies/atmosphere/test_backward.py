@@ -231,3 +231,11 @@ def test_errors_and_shares_of_all_light():
     paths = path_orders(medium, sun, RINGS, 2, n_listed=2, n_paths=512, moon=moon)
     assert paths.modes[0, 0, 0].max() > 0.0
     assert 0.4 < paths.truncation[0] < 1.0
+
+
+def test_a_far_moon_changes_nothing():
+    medium = dataclasses.replace(molecules_only(550.0, 0.1), sun_angular_radius_rad=SUN_RADIUS)
+    away = Moon(zenith_rad=0.0, azimuth_from_sun_rad=0.0, distance_m=3.65e8)
+    free, same = solved(medium, 2000), solved(medium, 2000, visible=away)
+    np.testing.assert_array_equal(free.radiance_by_order[:, 1:], same.radiance_by_order[:, 1:])
+    np.testing.assert_allclose(free.radiance_by_order[:, 0], same.radiance_by_order[:, 0], rtol=2e-6)

@@ -11,6 +11,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, visible_share
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.sky.method import chosen_lights
+from aomc_sky.skies.atmosphere.sky.path_orders import glow_orders
 from aomc_sky.skies.atmosphere.sky.solve import solve_sky
 from aomc_sky.skies.atmosphere.sky.solved import SkyField, fit_field, patch_means
 from tests.support.atmospheres import molecules_only
@@ -118,3 +119,11 @@ def test_what_shines_and_how_it_is_solved(medium):
         lights(medium, 130.0, ground_radiance=np.zeros(1))
     with pytest.raises(SceneError):
         Moon(zenith_rad=0.0, distance_m=1e6)
+
+
+def test_glow_is_linear_in_the_radiance_of_the_ground(medium):
+    zenith = np.radians([10.0, 70.0])
+    one, two = (glow_orders(medium, np.array([r]), zenith, 5, n_listed=3, n_paths=64) for r in (1.0, 2.0))
+    np.testing.assert_array_equal(two[0], 2.0 * one[0])
+    assert two[1] == pytest.approx(one[1], rel=1e-12)
+    assert one[0].shape == (1, 3, 2)

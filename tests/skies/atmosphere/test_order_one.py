@@ -188,3 +188,12 @@ def test_cells_are_the_solver():
         theta, phi = np.meshgrid(zenith[ring[cell]], azimuth[column[cell]], indexing="ij")
         true = once.at(theta.ravel(), phi.ravel()).reshape(found[:, :, cell].shape)
         np.testing.assert_array_equal(found[:, :, cell], true)
+
+
+@pytest.mark.slow
+def test_slow_vectors_all_over_the_sky():
+    suns, zeniths = (60.0, 88.0, 90.34, 96.0), (0.0, 85.0, 89.7, 90.0)
+    cases = [(s, z, a) for s in suns for z in zeniths for a in (0.0, 90.0, 180.0)]
+    lit = [c for c in cases if solve_order_one(full(550.0), np.radians(c[0]), *np.radians([c[1:]]).T)[0, 0] > 1e-30]
+    compare(molecules_only(400.0), lit, 2e-6)
+    compare(full(550.0), lit, 2e-6)

@@ -274,3 +274,29 @@ def test_a_wavelength_that_sees_nothing():
     assert np.all(np.diff(empty.edge_depth) > 0.0)
     assert empty.edge_depth[-1] < 1e-12 < seen.edge_depth[-1]
     assert np.all((empty.share > 0.0) & (empty.share < 1.0))
+
+
+def test_a_direction_does_not_depend_on_its_company():
+    many = np.deg2rad(np.linspace(0.0, 90.0, 19))
+    together = later_orders(solve_layers(one_layer(0.3), 0.1, 0.4, many).orders, AZIMUTH)
+    alone = later_orders(solve_layers(one_layer(0.3), 0.1, 0.4, many[[7]]).orders, AZIMUTH)
+    np.testing.assert_allclose(alone[:, 0], together[:, 7], rtol=1e-12)
+
+
+def test_paths_of_a_source_that_is_known():
+    """J = t: the radiances have closed forms, upward and downward, at every node."""
+    edges, mu = np.array([0.0, 0.1, 0.5, 0.6]), np.array([0.05, 0.7])
+    share = np.tile([[0.08, 0.3, 0.7, 0.95]], (3, 1))
+    nodes = edges[:-1, None] + np.diff(edges)[:, None] * share
+    ground = np.diff(edges) / mu[:, None]
+    crossed = np.tile(ground, (nodes.size, 1, 1))
+    below = (edges[1:, None] - nodes).ravel()[:, None] / mu
+    paths = node_paths(share, crossed, below, np.ones_like(crossed), np.full_like(below, -1.0), ground)
+    depth, cosine = nodes.ravel(), mu[:, None]
+    down = depth - cosine * -np.expm1(-depth / cosine)
+    up = depth + cosine - (0.6 + cosine) * np.exp(-(0.6 - depth) / cosine)
+    np.testing.assert_allclose(paths.down @ depth, down, rtol=1e-11)
+    np.testing.assert_allclose(paths.up @ depth, up, rtol=1e-11)
+    np.testing.assert_allclose(paths.from_ground, np.exp(-(0.6 - depth) / cosine), rtol=1e-12)
+    np.testing.assert_allclose(paths.at_ground @ depth, 0.6 + mu * np.expm1(-0.6 / mu), rtol=1e-11)
+    assert paths.over is None

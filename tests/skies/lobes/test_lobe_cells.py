@@ -1,18 +1,35 @@
 """Photons of lobes: compiled and plain forms agree to the bit, any split gives the same photons, hard points."""
 
 import bisect
+import functools
+import itertools
 
 import numba
 import numpy as np
 import pytest
 
+import aomc_sky as sky
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError
 from aomc_sky.kernels.jit import shared
 from aomc_sky.skies.lobes.kernels import law as plain_lobe
 from aomc_sky.skies.lobes.law import LobeTables
+from tests.support.emitted import empty
 from tests.support.lobes import lobe_components
 from tests.support.sampled import scene
+
+SCENES = ("one lobe", "lobes", "perez and lobes", "beam, solid angle and lobes")
+
+
+@functools.cache
+def scenes():
+    sun = {"sun_zenith_rad": 0.7, "sun_azimuth_rad": 0.2}
+    perez = sky.PerezSky(**sun, epsilon=8.0, delta=0.1, grid=sky.PatchGrid.regular(6, 5)).lower(500)
+    beam = sky.DirectBeam(sun_zenith_deg=35, sun_azimuth_deg=200).lower(500)
+    solid = sky.UniformSky(per_solid_angle=True).lower(500)
+    chosen = (components(LOBES[2:3]), components(), (*perez, *components()), (*beam, *components(), *solid))
+    return dict(zip(SCENES, chosen, strict=True))
+
 
 JIT = not numba.config.DISABLE_JIT
 N = 20_000 if JIT else 200
@@ -138,3 +155,15 @@ def test_planted_offset_left_out_moves_bins():
 
     assert first_bin(0) == 1023
     assert {first_bin(offset) for offset in range(0, 1 << 40, 1 << 30)} == set(range(1024))
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_any_split_gives_the_same_photons(compiled):
+    source = scene(scenes()["lobes"], N).source(seed=4)
+    fill = source._emitter.fill_compiled if compiled else source._emitter.fill_plain
+    whole, parts = empty(source, N), empty(source, N)
+    fill(0, 0, whole)
+    for lo, hi in itertools.pairwise((0, 1, 8, N // 7, N // 7 + 3, N // 2, N)):
+        fill(0, lo, {name: array[lo:hi] for name, array in parts.items()})
+    for name, values in whole.items():
+        np.testing.assert_array_equal(values, parts[name])

@@ -6,11 +6,14 @@ from functools import partial
 import numpy as np
 import pytest
 
+import aomc_sky as sky
 from tests.support import hdf5_damage
 from tests.support.background import plain_file
 from tests.support.fault_rows import row, row_id
 from tests.support.hdf5_damage import cut, empty, random_bytes, random_bytes_behind_the_signature
 from tests.support.processes import limited
+
+UP = (1.0, 0.0, 0.0, 0.0)
 
 h5py = pytest.importorskip("h5py")
 
@@ -122,3 +125,31 @@ def test_memory(fault, tmp_path):
     assert done.code == 3
     assert done.err.count("error[E503]") == 3
     assert done.peak_mb < 200
+
+
+@row(36, "g-exactly-0")
+def test_an_even_lobe(fault):
+    m = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.3, -0.4, -0.5]])
+    assert sky.lobes.pdf("hg", 0.0, 0.0, m).tolist() == pytest.approx([1 / (4 * np.pi)] * 3, rel=4e-16)
+    assert sky.lobes.mass_above_horizon("hg", 0.0, 0.0, UP) == 0.5
+    assert sky.henyey_greenstein.sample_mu(0.25, 0.0) == -0.5
+
+
+@row(36, "rotation-not-of-length-1")
+def test_a_quaternion_of_any_length(fault):
+    """Only its direction counts, so no quaternion is a matrix that is not orthogonal."""
+    long = sky.lobes.rotation_matrix((3e200, 4e200, 0.0, 0.0))
+    assert np.allclose(long, sky.lobes.rotation_matrix((3.0, 4.0, 0.0, 0.0)), rtol=0, atol=1e-15)
+    assert np.allclose(long @ long.T, np.eye(3), rtol=0, atol=1e-15)
+
+
+@row(36, "time-outside-the-keys")
+def test_a_time_outside_the_keys(fault, tmp_path):
+    """Before the first key the first one holds, behind the last one the last: no light is made up."""
+    pytest.importorskip("h5py")
+    lobes = [(1, 0.5, 0.0, 0.25, UP, 0, -1.0), (1, 0.5, 0.0, 1.0, UP, 0, 1.0)]
+    night = sky.read_background(plain_file(tmp_path / "x.h5", lobes=lobes, reference=(1, 1_000_000)))
+    times = 1_000_000 + 86_400 * np.array([-1e6, -1.0, 1.0, 1e6])
+    light = night.irradiance(None, times, 500.0)
+    assert light[0] == light[1] > 0
+    assert light[2] == light[3] == pytest.approx(4 * light[1], rel=1e-6)

@@ -1,12 +1,14 @@
 """Descriptions and tables made to hurt, or mutated: an answer for each, at little cost."""
 
+import os
 import warnings
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from aomc_sky.errors import InputFileError
+from aomc_sky.errors import AomcSkyError, InputFileError
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from tests.support.limits import answers_within_limits
 from tests.support.shared import DATA
@@ -174,3 +176,12 @@ def test_a_mutated_file_is_read_or_refused_at_a_place(changes, which, tmp_path_f
     assert found.scatterers
     for part in found.species:
         assert part.number_density.text in text.replace("\r\n", "\n")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
+def test_a_table_without_permission_is_told(tmp_path):
+    (tmp_path / "t.csv").write_text("300,1\n900,1\n")
+    (tmp_path / "t.csv").chmod(0)
+    (tmp_path / "x.atmo").write_text(with_sun("file t.csv"))
+    with pytest.raises(AomcSkyError, match=r"t\.csv"):
+        read_atmo(tmp_path / "x.atmo")

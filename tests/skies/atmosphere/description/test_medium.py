@@ -310,3 +310,21 @@ def test_a_scene_says_that_the_moon_hides_nothing(tmp_path):
     scene = aomc_sky.read_scene(night_scene(tmp_path, f"moon_zenith_deg = 20\n{SUN}"))
     assert any("hides no part" in note for note in scene.notes)
     assert scene.options["atmosphere"]["eclipse"] is None
+
+
+@pytest.mark.slow
+def test_an_eclipse_of_the_file_is_that_of_the_options(tmp_path):
+    moon = "moon_zenith_offset_deg = 0.1\nmoon_azimuth_deg = 90.2\n"
+    file = aomc_sky.read_scene(night_scene(tmp_path / "a", moon + SUN))
+    given = {"moon_zenith_deg": 55.1, "moon_azimuth_offset_deg": 0.2}
+    clear = night_scene(tmp_path / "b", SUN)
+    options, whole = aomc_sky.read_scene(clear, atmosphere=given), aomc_sky.read_scene(clear)
+    for one, other in zip(file.components, options.components, strict=True):
+        np.testing.assert_allclose(one.mass, other.mass, rtol=1e-6)
+    share = file.options["atmosphere"]["eclipse"]["visible_share"]
+    assert 0.05 < share < 0.95
+    np.testing.assert_allclose(file.components[0].strength, share * whole.components[0].strength, rtol=1e-13)
+    sky = file.components[1].mass_of(0).reshape(6, 12)
+    assert np.abs(sky[:, 2] / sky[:, 3] - 1.0).max() > 1e-3  # on both sides of the sun, which stands between them
+    plain = whole.components[1].mass_of(0).reshape(6, 12)
+    np.testing.assert_allclose(plain[:, 2], plain[:, 3], rtol=1e-12)

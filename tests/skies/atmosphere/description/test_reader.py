@@ -209,3 +209,9 @@ def test_tables_of_another_unit_and_gaps_are_asked_about(tmp_path, key, table, f
         return
     with pytest.raises(InputFileError, match=found):
         read_atmo(path)
+
+
+def test_code_is_not_evaluated_nor_stripped_of_anything(tmp_path):
+    code = '  #include <x> # } : {\n\treturn system("rm"); while(true); \u00e9\n'
+    d = read_atmo(changed(tmp_path, ("        return 1e18;\n", code)))
+    assert d.absorbers[0].number_density.text == code.rstrip("\n")

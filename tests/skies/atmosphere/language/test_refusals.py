@@ -2,6 +2,7 @@
 
 import contextlib
 import inspect
+import subprocess
 import sys
 import time
 
@@ -13,6 +14,28 @@ from aomc_sky.skies.atmosphere.language.expressions import MAX_NESTING, MAX_VARI
 from aomc_sky.skies.atmosphere.language.lexer import MAX_BLOCK_BYTES, MAX_NODES
 from tests.support.blocks import GIVEN, at, density_block, phase_block
 from tests.support.limits import MOST_CPU_S
+
+_IN_LITTLE_MEMORY = """
+import resource, sys
+import numpy as np
+from tests.support.blocks import GIVEN, density_block
+from tests.skies.atmosphere.language.test_refusals import HOSTILE
+lanes = np.linspace(0.0, 1e5, 200_001)
+full = "".join(f"vec4 a{i} = vec4(altitude);" for i in range(480))
+blocks = [*(text for text, _ in HOSTILE.values()), full + "return a7.x;"]
+density_block("return altitude;")(lanes, GIVEN)
+size = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (size + 400 * 2**20,) * 2)
+from aomc_sky.errors import InputFileError
+done = 0
+for text in blocks:
+    try:
+        density_block(text)(lanes[:50_000], GIVEN)
+    except InputFileError:
+        pass
+    done += 1
+print(done)
+"""
 
 
 def problems_of(text):
@@ -203,3 +226,22 @@ def test_at_every_depth_there_is_a_value_or_an_error_of_the_file(name):
             density_block(NESTS[name](MAX_NESTING + 1))
     finally:
         sys.setrecursionlimit(limit)
+
+
+def test_nothing_of_a_block_reaches_python():
+    for text in (
+        "__import__('os').system('true')",
+        "().__class__",
+        "open('x')",
+        "exec(1)",
+        "lambda: 1",
+        "[0 for x in y]",
+    ):
+        assert problems_of(f"return {text};")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the limit of memory and /proc are Linux's")
+@pytest.mark.slow
+def test_no_block_needs_much_memory():
+    result = subprocess.run([sys.executable, "-c", _IN_LITTLE_MEMORY], capture_output=True, text=True, check=False)
+    assert result.stdout.strip() == str(len(HOSTILE) + 1), result.stderr[-2000:]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError
-from tests.support.blocks import GIVEN, at, density_block, phase_block, value_of
+from tests.support.blocks import GIVEN, WAVELENGTHS, at, density_block, phase_block, value_of
 
 
 @pytest.mark.parametrize(
@@ -219,3 +219,12 @@ def test_values_do_not_depend_on_their_neighbours(text):
     block = density_block(text)
     long = np.linspace(0.0, 120e3, 9001)
     assert block(long, GIVEN)[::50].tolist() == [block(one, GIVEN).item() for one in long[::50, None]]
+
+
+def test_a_phase_function_with_colours_is_that_of_plain_python():
+    cosines = np.cos(np.linspace(0.0, np.pi, 181))
+    found = phase_block(COLOURED)(cosines, GIVEN)
+    for row, wavelength in enumerate(WAVELENGTHS):
+        g = 0.6 + 0.2 * math.exp(-0.00002 * ((wavelength - 300) * (wavelength - 300)))
+        wanted = [(1 - g * g) / (4 * math.pi * math.pow(1 + g * g - 2 * g * c, 1.5)) for c in cosines]
+        np.testing.assert_allclose(found[row], wanted, rtol=1e-15, atol=0)
