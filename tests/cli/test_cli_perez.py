@@ -53,13 +53,6 @@ def test_what_is_limited_is_said_and_strict_refuses_it(told):
     assert "delta used: 0.9\n" in told(*words, "--limits", "paper").out
 
 
-def test_air_mass_and_extraterrestrial_irradiance_change_delta(capsys):
-    one = shown(capsys, *CLEAR)["delta"]
-    other = shown(capsys, *CLEAR, "--air-mass", "kasten-1966", "--extraterrestrial", "1367")["delta"]
-    assert other == pytest.approx(one * 1361.1 / 1367, rel=2e-3)
-    assert other != one * 1361.1 / 1367
-
-
 @pytest.mark.parametrize(
     ("time", "latitude", "clearness", "brightness"),
     [("06-21T12:02", 40, 5.0647, 0.0946), ("06-21T12:02", 0, 4.8891, 0.0988), ("12-21T11:58", 0, None, 0.0925)],
@@ -111,12 +104,3 @@ def test_a_table_read_back_gives_the_same_masses(tmp_path):
     assert mass / 95.0 == pytest.approx(sky.patch_mass(grid), rel=1e-12)
     # the sun stands in the patch that holds it
     assert divmod(int(table.radiance[0].argmax()), 36) in {(3, 6), (3, 7), (4, 6), (4, 7)}
-
-
-def test_a_relative_table_has_the_models_own_scale(tmp_path):
-    shape = ("--sun-zenith", "30", "--epsilon", "1", "--delta", "0.3")
-    table = table_of(tmp_path, *shape, "--bins", "90", "36", "--wavelength", "488.5")
-    assert table.wavelength_nm.tolist() == [488.5]
-    sky = PerezSky(sun_zenith_deg=30.0, epsilon=1.0, delta=0.3)
-    expected = sky.radiance(*np.deg2rad([[20.5, 60.5], [95.0, 205.0]]), 550.0)
-    assert [table.radiance[0, 20, 9], table.radiance[0, 60, 20]] == pytest.approx(expected, rel=2e-3)

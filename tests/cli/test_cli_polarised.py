@@ -83,14 +83,6 @@ def test_a_picture_finds_a_field_by_the_words_of_the_run(field, tmp_path, told):
     assert "2 domes" in told("plot", odd, *ODD, "--stokes-signs", 1, -1, "--out", tmp_path / "odd.png").out
 
 
-def test_the_radiance_alone_is_a_choice(field, tmp_path):
-    expected = by_python(field[["I"]].rename(I="radiance")).sha256
-    rows = stacked(field, "IQU").rename("radiance")
-    for name, made, words in (("a", field, ("--variable", "I")), ("b", rows, ("--isel", "stokes=0"))):
-        path = stored(made, tmp_path / f"{name}.nc")
-        assert plan_of("run", path, *words, folder=tmp_path / name).sha256 == expected
-
-
 def scene_folder(folder, toml, made):
     shutil.copytree(INPUTS / "perez_sky", folder, dirs_exist_ok=True)
     (folder / "sky.toml").write_text(toml)

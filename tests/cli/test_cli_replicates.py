@@ -10,8 +10,6 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.plan.plan import Plan
 from tests.support.scenes import manifest_of
 
-ERRORS = ("ed_standard_error", "eo_standard_error", "mean_cosine_standard_error", "ed_over_eo_standard_error")
-
 
 def run(*words):
     return main(["run", *map(str, words)])
@@ -38,13 +36,6 @@ def test_table_and_manifest_show_standard_errors(amc, tmp_path, told):
         assert np.isclose(band["ed_over_eo_standard_error"], ratio, rtol=1e-12)
         assert (band["ed_photons"], band["ed_standard_error"], band["eo_variance_is_finite"]) == (1.0, 0.0, False)
     assert "standard errors from 16 replicates" in told("info", out).out
-
-
-def test_a_run_without_replicates_has_no_errors(amc, tmp_path, told):
-    shown = json.loads(told("run", amc, "--iterations", 1000, "--out", tmp_path / "out", "--json").out)
-    assert all(band[name] is None for band in shown["bands"] for name in ERRORS)
-    assert shown["options"]["sampling"]["replicates"] == 1
-    assert "standard error" not in told("run", amc, "--iterations", 1000, "--out", tmp_path / "out").out
 
 
 def test_json_and_a_finished_run(amc, tmp_path, told):

@@ -106,35 +106,3 @@ def test_pictures_with_twins_pass(site):
 def test_what_is_wrong_with_a_site_is_said(site, name, text, complaint):
     (site / name).write_text(text)
     assert complaint in check_site.complaints(site)
-
-
-def test_a_figure_is_dark_while_it_is_saved_and_as_before_after_it():
-    pytest.importorskip("sphinx")
-    pytest.importorskip("matplotlib")
-    from matplotlib.figure import Figure
-
-    dark = script(DOCS / "extensions" / "dark_pictures.py")
-    figure = Figure()
-    axes = figure.add_subplot(title="title")
-    (black,) = axes.plot([1, 2], color="black")
-    (blue,) = axes.plot([2, 1], color="tab:blue")
-    axes.legend(["black", "blue"])
-    figure.draw_without_rendering()
-
-    def colours():
-        ticks = axes.xaxis.get_major_ticks()[0]
-        return [
-            *(line.get_color() for line in (black, blue)),
-            *(text.get_color() for text in (axes.title, ticks.label1, axes.get_legend().get_texts()[0])),
-            ticks.tick1line.get_markeredgecolor(), figure.get_facecolor(), axes.patch.get_facecolor(),
-            axes.spines["left"].get_edgecolor(), axes.get_legend().get_frame().get_edgecolor(),
-        ]  # fmt: skip
-
-    before = colours()
-    with dark.darkened(figure):
-        during = colours()
-        assert during[0] == dark.INK
-        assert during[1] == before[1] == "tab:blue"  # data keep their colours
-        assert during[2:6] == [dark.INK] * 4
-        assert during[6:8] == [pytest.approx((20 / 255, 24 / 255, 30 / 255, 1.0))] * 2
-    assert colours() == before

@@ -122,18 +122,6 @@ def test_the_azimuth_of_the_sun_may_be_that_of_a_compass():
             sky.plot(sky.UniformSky(), sun_deg=(60.0, 90.0), azimuth_convention=convention)
 
 
-@pytest.mark.parametrize("pt", [8.0, 12.0])
-def test_letters_follow_the_font_size_of_matplotlib(pt):
-    with rc_context({"font.size": pt}):
-        axes = Figure(figsize=(84 / 25.4, 84 / 25.4)).subplots()
-        sky.plot(Spot(), ax=axes)
-        whole = sky.plot(Spot())
-    size = {text.get_text(): text.get_fontsize() for text in axes.texts}
-    assert [size[letter] for letter in "NESW"] == [pt] * 4
-    north = next(text for text in dome_axes(whole).texts if text.get_text() == "N")
-    assert north.get_fontsize() == pytest.approx(0.8 * pt)
-
-
 def test_the_sun_of_an_overcast_sky_is_not_marked():
     assert marks_of(sky.plot(sky.read_scene(INPUTS / "overcast"))) == {}  # amc.inp says 0, 0
     for name in ("overcast", "uniform"):

@@ -288,12 +288,3 @@ def test_a_wavelength_outside_the_spectra(perez):
     (perez.parent / "lambbot.inp").write_text("4\n" + "".join(f"{w} 0 0\n" for w in (400.0, 500.0, 600.0, 750.0)))
     with pytest.raises(SceneError, match="750 nm is outside"):
         sky.read_scene(add(perez, NIGHT + BACKGROUND))
-
-
-def test_a_sky_of_lobes_made_in_python():
-    lobes = sky.background_at(sky.read_background(INPUTS / "night_sky" / "night.h5", utc_offset_h=1.0), 1771104600.0)
-    wavelength = np.array([550.0, 590.0])
-    made = sky.Scene(wavebands=sky.Wavebands(wavelength_nm=wavelength), n_photons=1000, components=(lobes,))
-    read = sky.read_scene(INPUTS / "night_sky")
-    np.testing.assert_allclose(irradiances(made), irradiances(read)[2:4], rtol=1e-12)
-    np.testing.assert_allclose(made.irradiance.horizon_loss, read.irradiance.horizon_loss[2:4], rtol=0, atol=1e-10)

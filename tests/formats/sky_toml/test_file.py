@@ -256,16 +256,6 @@ def test_spans_are_those_of_the_keys(lines, with_header):
         number += value.count("\n") + 1
 
 
-def test_spans_in_arrays_of_tables():
-    text = "[[a]]\nk = 1\n[a.b]\nc = [7, 88]\n[[ a ]]\nk = 2\n[[a.d]]\n[[a.d]]\nx = 1\n"
-    spans = key_spans(text)
-    shown = {path: (span.key.line, span.value.column, span.value.width) for path, span in spans.items()}
-    assert shown["a", "0", "b", "c"] == (4, 5, 7)
-    assert shown["a", "1", "k"] == (6, 5, 1)
-    assert shown["a", "1", "d", "1"] == (8, 3, 3)
-    assert ("a", "1", "d", "1", "x") in spans
-
-
 def test_what_has_no_line_of_its_own_stands_with_its_key():
     spans = key_spans('sun.disc = true\nperez = { dni = 1, "dhi" = 22 } # dhi = 3\n')
     assert spans["perez", "dhi"] == spans["perez",]
@@ -280,9 +270,7 @@ def test_what_has_no_line_of_its_own_stands_with_its_key():
         ("perez", "diffuse", "the nearest is dhi"),
         ("perez", "beam", "the nearest is dni"),
         ("perez", "turbidity", "the nearest is epsilon, the clearness of the sky: the model knows no turbidity"),
-        ("perez", "dhii", "the nearest is dhi"),
         ("sun", "elevation", "the nearest is zenith_deg, 90 degrees less the elevation"),
-        ("sun", "elevation_deg", "the nearest is zenith_deg, 90 degrees less the elevation"),
         ("sun", "zenith", "the nearest is zenith_deg"),
         ("sun", "dni", "dni is a key of [perez]"),
         ("sky", "albedo", "the ground's albedo stands in the .atmo file alone"),

@@ -286,13 +286,6 @@ def test_the_program_launches_exactly_these_counts(counts):
     assert_exact(counts)
 
 
-@pytest.mark.slow
-@settings(deadline=None, max_examples=1500)
-@given(skies())
-def test_the_program_launches_exactly_these_counts_of_many_skies(counts):
-    assert_exact(counts)
-
-
 def test_one_patch_of_most_photons_in_a_bright_sky_needs_more_than_the_first_guess():
     rng = np.random.default_rng(5)
     mass = 0.85 + 0.3 * rng.random((66, 178))

@@ -106,24 +106,18 @@ def test_a_place_is_two_numbers(place):
     ("time", "advice"),
     [
         ("2026-06-21", "write 2026-06-21T00:00Z for UTC"),
-        ("2026-06-21 09:30", "write 2026-06-21T09:30Z for UTC"),
         (datetime.datetime(2026, 6, 21, 9, 30, 5), "write 2026-06-21T09:30:05Z for UTC"),
         ("noon", "must be in ISO 8601"),
         ("2026-06-21T12:00 CEST", r"or 2026-06-21T11:30:00\+02:00"),
         ("2016-12-31T23:59:60Z", "leap second, which clocks of computers leave out; write 23:59:59"),
-        (datetime.date(2026, 6, 21), "must be in ISO 8601"),
-        (datetime.time(12), "must be in ISO 8601"),
         (object(), "must be in ISO 8601"),
         (["2026-06-21T09:30"], "does not say its time zone"),
         ([datetime.datetime(2026, 6, 21, 9, 30)], "does not say its time zone"),
         (["2026-06-21T09:30Z", "noon"], "must be in ISO 8601"),
-        ([None], "must be in ISO 8601"),
         (np.datetime64("NaT"), "is missing"),
         (np.array(["2026-06-21", "NaT"], "M8[s]"), "is missing"),
         (np.datetime64(10**15, "Y"), "known for the years 1800 to 2199"),  # overflows in seconds
-        (None, "must be in ISO 8601"),
         (3, "must be in ISO 8601"),
-        (2026.5, "must be in ISO 8601"),
     ],
 )
 def test_a_time_that_is_not_clear_says_what_to_write(time, advice):
