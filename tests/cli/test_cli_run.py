@@ -168,12 +168,18 @@ def test_only_the_wavebands_asked_for(amc, tmp_path):
 
 
 def test_the_engine_tells_its_progress(amc, tmp_path):
-    scene = read_scene(amc, iterations=150_000)
-    seen = []
-    result = run_job(scene.source(), scene, tmp_path / "out", JobOptions(), lambda *a: seen.append(a))
+    """And removes what a process that is killed meanwhile leaves."""
+    scene, out, seen = read_scene(amc, iterations=150_000), tmp_path / "out", []
+
+    def tell(*numbers):
+        seen.append(numbers)
+        (out / ".aomc-sky-shard-1-of-2.done.0123abcd").write_bytes(b"half")
+
+    result = run_job(scene.source(), scene, out, JobOptions(), tell)
     assert seen[-1] == (450_000, 450_000)
     assert [done for done, _ in seen] == sorted(done for done, _ in seen)
     assert result.emitted == 450_000
+    assert not list(out.glob(".aomc-sky-*"))
 
 
 def test_table_and_manifest_show_standard_errors(amc, tmp_path, told):

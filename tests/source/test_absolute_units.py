@@ -55,6 +55,7 @@ def plane_irradiance(lobes, wavelength_nm):
 
 
 def test_the_night_scene_is_what_its_radiance_integrates_to():
+    """Read, and made in Python."""
     scene = sky.read_scene(INPUTS / "night_sky")
     assert [c.law.name for c in scene.components] == ["GGX", "GGX", "HG"]
     assert scene.options["sky"] == "none"
@@ -66,6 +67,9 @@ def test_the_night_scene_is_what_its_radiance_integrates_to():
     sphere = background.irradiance(None, 1771104600.0, scene.wavebands.wavelength_nm)
     above = background.irradiance(None, 1771104600.0, scene.wavebands.wavelength_nm, above="horizon")
     np.testing.assert_allclose(scene.irradiance.horizon_loss, 1 - above / sphere, rtol=0, atol=1e-12)
+    made = sky.Scene(wavebands=scene.wavebands.wavelength_nm, n_photons=1000, components=(lobes,))
+    np.testing.assert_allclose(irradiances(made), irradiances(scene), rtol=1e-12)
+    np.testing.assert_allclose(made.irradiance.horizon_loss, scene.irradiance.horizon_loss, rtol=0, atol=1e-10)
 
 
 def test_the_night_scene_has_the_brightness_that_its_sources_give():

@@ -36,6 +36,7 @@ def test_coefficients_do_not_say_how_bright_the_beam_is():
     scene = sky.weather_scene(wavebands=[500.0], sun_zenith_deg=40.0, coefficients=(-1, -0.3, 10, -3, 0.45))
     assert [c.name for c in scene.components] == ["perez"]
     assert any("do not say how bright the beam is" in note for note in scene.notes)
+    assert any(note.startswith("Perez sky: coefficients -1, -0.3, 10, -3, 0.45 (") for note in scene.notes)
 
 
 @pytest.mark.parametrize(
