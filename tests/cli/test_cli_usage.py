@@ -1,17 +1,24 @@
-"""Options that a command cannot use: exit code, a few words of the one message, and no file is written.
+"""What a command cannot use: what is wrong comes first, then what was meant; no file is written.
 
-Whole messages of frequent mistakes stand in docs/errors.md and mistakes.md.
+Exit code and a few words of the one message here; whole messages of frequent mistakes stand in docs/errors.md and
+mistakes.md. With --json an error is one object of a published schema.
 """
 
+import json
 import re
 import shlex
 import shutil
+from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from aomc_sky.cli import commands
+from aomc_sky.cli.usage import COMMANDS
 from tests.support.fault_rows import command
-from tests.support.shared import INPUTS
+from tests.support.shared import INPUTS, REPOSITORY
 
 GREY = "run --wavelengths 443 555 --out new --sky"
 SUN = "run --wavelengths 443 555 --out new --sun-zenith 40"
@@ -214,7 +221,7 @@ NEEDED |= {"--save-scat": "h5netcdf", "--save-light": "h5netcdf"}
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A scene, a run of it, photons of another code, and all that lies in inputs/."""
+    """A scene, a run of it, photons of another code, files of other kinds, and all that lies in inputs/."""
     made = tmp_path_factory.mktemp("usage")
     shutil.copytree(INPUTS, made / "inputs")
     shutil.copytree(INPUTS / "document_example", made / "scene")
@@ -223,6 +230,15 @@ def folder(tmp_path_factory):
     (made / "folder.hdr").mkdir()
     np.save(made / "theirs.npy", np.tile(np.float32([0.6, 0.0, -0.8]), (100, 1)))
     assert command("run", made / "scene", "--iterations", 100, "-q", "--out", made / "out") == 0
+    few = made / "few"  # of which some have names that are near a wrong one
+    for name, source in (("scene", made / "scene"), ("out", made / "out"), ("misspelt", INPUTS / "perez_sky")):
+        shutil.copytree(source, few / name)
+    (few / "misspelt" / "sky.toml").write_text("[perez]\ndni = 850.0\ndiffuse = 95.0\n")
+    shutil.copy(INPUTS / "atmosphere" / "molecules_only.atmo", few / "air.atmo")
+    (few / "my_sky.py").write_text("import aomc_sky\n")
+    scan = "AERONET Version 3\nAlmucantar,Level 1.5\nDate,Wavelength,-6,-5\n01:01:2020,0.44,1,2\n"
+    (few / "scan.alm").write_text(scan)
+    (few / "scan.dat").write_text("10 20 0.3\n10 30 0.4\n")
     return made
 
 
@@ -240,3 +256,85 @@ def test_what_does_not_go(code, line, words, folder, monkeypatch, told):
     assert said.out == ""
     assert code == 3 or len(re.findall(r"^aomc-sky( \w+)?: error: ", said.err, re.MULTILINE)) == 1
     assert sorted(folder.rglob("*")) == before
+
+
+PAGES = (REPOSITORY / "docs" / "errors.md", Path(__file__).with_name("mistakes.md"))
+ROWS = [row for page in PAGES for row in re.findall(r"(?m)^\| `aomc-sky ?(.*?)` \| `(.*)` \|$", page.read_text())]
+
+
+def test_first_lines_are_those_of_the_pages(folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder / "few")
+    assert len(ROWS) == 44
+    for words, line in ROWS:
+        status = command(*shlex.split(words))
+        said = capsys.readouterr()
+        assert (status in (2, 3), said.out) == (True, ""), words
+        shown = said.err.splitlines()
+        assert shown[0] == line.replace("\\|", "|"), words
+        assert len(shown) <= 3
+
+
+@pytest.mark.parametrize("words", [[], ["fly"], ["validate"], ["run", "a", "b"]])
+def test_the_second_line_names_the_help(words, told):
+    first, second = told(*words, code=2).err.splitlines()
+    assert first.startswith("aomc-sky: error: ")
+    assert re.fullmatch(r"      = help: aomc-sky (\w+ )?--help", second)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_without_a_word_says_what_it_needs(name, told):
+    assert 1 <= len(told(name, code=2).err.splitlines()) <= 2
+
+
+def test_json_stands_behind_the_command(told):
+    (problem,) = json.loads(told("--json", "info", "x", code=2).out)["error"]["problems"]
+    assert "--json stands before the command; write aomc-sky COMMAND ... --json" in problem["message"]
+
+
+def test_errors_of_every_kind_are_one_object(folder, tmp_path, monkeypatch, capsys):
+    jsonschema = pytest.importorskip("jsonschema")
+    schema = json.loads((files("aomc_sky") / "cli" / "error.schema.json").read_text())
+    validator = jsonschema.Draft7Validator(schema)  # what is used of 2020-12 is the same there
+    monkeypatch.chdir(folder / "few")
+    broken = tmp_path / "skydist.inp"
+    broken.write_text((folder / "scene" / "skydist.inp").read_text().replace("20.0", "nan"))
+    expected = {
+        "run scene --ordre patch": (2, "usage", None),
+        "run scene --replicates 2 --format npy --format none": (2, "usage", None),
+        "run misspelt": (3, "E702", 3),
+        "run out": (3, "E100", None),
+        "run scene --iterations 9e18": (4, "scene", None),
+        "run scene --seed 2 --out out": (5, "foreign-output", None),
+        "run scene --out /dev/null/x": (6, "output", None),
+        f"plot {broken} --out {tmp_path}/x.png": (3, "E302", 5),
+        "info none.h5 --time 0": (3, "E500", None),
+    }
+    for line, (status, code, at) in expected.items():
+        needed = {"plot": "matplotlib", "info": "h5py"}.get(line.split()[0])
+        if needed and find_spec(needed) is None:
+            status, code, at = 2, "missing-extra", None
+        assert command(*line.split(), "--json") == status, line
+        said = capsys.readouterr()
+        assert said.err == "", line
+        answer = json.loads(said.out)
+        assert list(validator.iter_errors(answer)) == []
+        problem = answer["error"]["problems"][0]
+        assert (answer["error"]["exit_status"], problem["code"], problem["line"]) == (status, code, at), line
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_is_short_and_says_where_the_rest_is(name, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    shown = {}
+    for flag in ("--help", "--help-all"):
+        assert command(name, flag) == 0 or flag == "--help-all"
+        shown[flag] = capsys.readouterr().out
+    short = shown["--help"]
+    assert sum(1 + max(len(line) - 1, 0) // 80 for line in short.splitlines()) <= 60
+    assert short.startswith(f"usage: aomc-sky {name} ")
+    if "--help-all" in short:
+        n_hidden = int(re.search(r"(\d+) more options with --help-all", short)[1])
+        listed = {key: set(re.findall(r"(?m)^  (?:-\w, )?(--[a-z0-9-]+)", text)) for key, text in shown.items()}
+        assert listed["--help"] < listed["--help-all"]
+        assert len(listed["--help-all"] - listed["--help"]) == n_hidden
+    assert commands.__doc__.count(f"aomc-sky {name}`") == 1

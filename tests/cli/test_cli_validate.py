@@ -39,14 +39,12 @@ def id_of_file(kind, path):
 
 
 ZERO = sky(rows=[f"{row.rpartition(' ')[0]} 0.0" for row in ROWS])
-DARK = sky(rows=[*ROWS[:3], "2 1 0 0.0", "2 1 1 0.0", "2 2 1 0.0"])
 BACKGROUND = '[[background]]\nfile = "no.h5"\ntime = 2026-06-21T23:30:00Z\n'
 UNIFORM = '[sky]\nmodel = "uniform"\n'
 NO_WEATHER = {"sky.toml": None, "difcol.inp": None}
 BROKEN = {
     # name: (scene, files replaced; None: removed; options, exit code)
     "a-sky-of-zeros": ("document_example", {"skydist.inp": ZERO}, [], 4),
-    "one-dark-waveband": ("document_example", {"skydist.inp": DARK}, [], 4),
     "too-many-photons": ("document_example", {"amc.inp": amc_line(1, "9999999999999999999999", column=40)}, [], 3),
     "degrees-below-the-horizon": ("document_example", {"skydist.inp": sky("1 2 1 20.0")}, ["--bins", "degrees"], 0),
     "weighting-without-degrees": ("document_example", {}, ["--weighting", "aomc"], 2),

@@ -68,7 +68,6 @@ def test_a_number_is_a_wavelength_whatever_lies_in_the_folder(tmp_path, monkeypa
         ("blue", "got 'blue'"), ("", "expected"),
     ],
 )  # fmt: skip
-@pytest.mark.parametrize("command", ["run", "atmosphere"])
-def test_what_is_no_list_of_wavelengths(command, form, text):
+def test_what_is_no_list_of_wavelengths(form, text):
     with pytest.raises(WrongWordsError, match=text):
-        parsed(command, f"{shlex.join(NEEDED[command])} --wavelengths {form}")
+        parsed("run", f"--wavelengths {form}")

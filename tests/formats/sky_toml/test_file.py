@@ -268,10 +268,8 @@ def test_what_has_no_line_of_its_own_stands_with_its_key():
     ("section", "key", "said"),
     [
         ("perez", "diffuse", "the nearest is dhi"),
-        ("perez", "beam", "the nearest is dni"),
         ("perez", "turbidity", "the nearest is epsilon, the clearness of the sky: the model knows no turbidity"),
         ("sun", "elevation", "the nearest is zenith_deg, 90 degrees less the elevation"),
-        ("sun", "zenith", "the nearest is zenith_deg"),
         ("sun", "dni", "dni is a key of [perez]"),
         ("sky", "albedo", "the ground's albedo stands in the .atmo file alone"),
     ],
