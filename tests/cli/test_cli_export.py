@@ -119,15 +119,6 @@ def test_weights_have_no_place_in_the_program(tmp_path, told):
     assert not (tmp_path / "out-aomc").exists()
 
 
-def test_json_is_one_object(out, told):
-    shown = json.loads(told("export", out, "--to", "npy", "--json").out)
-    made = out.with_name("out-npy")
-    assert (shown["wavebands"], shown["photons"], shown["out"]) == ([1, 2, 3], 60_000, str(made))
-    assert shown["plan_sha256"] == source_of(out).plan.sha256
-    sizes = {path.name: path.stat().st_size for path in made.glob("*.npy")}
-    assert {name: entry["bytes"] for name, entry in shown["files"].items()} == sizes
-
-
 def test_a_file_that_was_cut_is_made_anew(out):
     """An unfinished run will do; files that are whole stay as they are."""
     (out / "manifest.json").unlink()

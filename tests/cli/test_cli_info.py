@@ -55,13 +55,6 @@ def test_long_names_and_lists_are_cut(tmp_path, told):
     assert "... and 80 more (--json has all)" in text
 
 
-def test_validate_finds_background_h5_in_a_folder(tmp_path, told):
-    pytest.importorskip("h5py")
-    plain_file(tmp_path / "background.h5", version=2)
-    assert "background.h5: error[E509]" in told("validate", tmp_path, code=3).err
-    assert "error[E500]" in told("validate", tmp_path / "none.HDF5", code=3).err
-
-
 MARS = INPUTS / "atmosphere" / "mars_like.atmo"
 
 

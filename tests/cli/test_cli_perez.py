@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
@@ -21,18 +20,6 @@ CLEAR = ["--sun-zenith", "40", "--dni", "850", "--dhi", "95"]
 def shown(capsys, *words):
     assert main(["perez", *words, "--json"]) == 0
     return json.loads(capsys.readouterr().out)
-
-
-def test_values_of_a_clear_sky(capsys):
-    found = shown(capsys, *CLEAR)
-    kappa = 1.041 * np.deg2rad(40.0) ** 3
-    assert found["epsilon"] == pytest.approx(((95 + 850) / 95 + kappa) / (1 + kappa), rel=1e-14)
-    assert found["bin"] == 8
-    assert found["ghi"] == pytest.approx(850 * np.cos(np.deg2rad(40.0)) + 95, rel=1e-14)
-    assert found["radiance_per_unit"] * found["horizontal_integral"] == pytest.approx(95.0, rel=1e-12)
-    sky = PerezSky(sun_zenith_deg=40.0, dni=850.0, dhi=95.0)
-    assert list(found["coefficients"].values()) == sky.model_coefficients.tolist()
-    assert found["warnings"] == []
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 import aomc_sky as sky
 from tests.support.fault_rows import command
-from tests.support.scenes import flip_bit, manifest_of
+from tests.support.scenes import flip_bit
 from tests.support.shared import INPUTS
 from tests.support.stokes import DEFECTS
 
@@ -224,26 +224,3 @@ def test_an_exported_netcdf_is_a_polarised_field(run_of_all, tmp_path, capsys):
         again = plan_of("run", path, *words, folder=tmp_path / str(k))
         assert ("the rest is missing (mass_direct)" in capsys.readouterr().err) == (words == ())
         np.testing.assert_allclose(again.components[-1].stokes[1], source.stokes(1)[1:], atol=1e-9)
-
-
-def test_a_scene_of_weights_and_positions_has_all_columns(tmp_path):
-    """Positions, weights, then q and u; in float64 the numbers of float32 come back from the text."""
-    values = np.random.default_rng(2).uniform(0.5, 1, (1, 12))
-    model = sky.TabulatedSky(
-        wavelength_nm=[550.0], values=values, values_q=values * 0.3, values_u=values * -0.2, weighting="solid-angle",
-        grid=sky.PatchGrid.regular(3, 4),
-    )  # fmt: skip
-    scene = sky.Scene(wavebands=[550.0], n_photons=500, components=model, footprint=sky.Footprint.circle(2.0))
-    sky.write_run(scene, tmp_path / "out", weights=True, precision="float64", formats=["npy", "raw"])
-    assert command("export", tmp_path / "out", "--to", "csv", "--out", tmp_path / "csv", "-q") == 0
-    rows = np.genfromtxt(tmp_path / "csv" / "photons-0001.csv", delimiter=",", names=True)
-    assert rows.dtype.names == ("ux", "uy", "uz", "x_m", "y_m", "weight", "q", "u")
-    batch = sky.PhotonSource(sky.Plan.load(tmp_path / "out" / "plan.npz")).photons()
-    expected = [getattr(batch, name) for name in ("ux", "uy", "uz", "x", "y", "weight", "q", "u")]
-    np.testing.assert_array_equal(np.stack([rows[name] for name in rows.dtype.names]), np.stack(expected))
-    raw = np.fromfile(tmp_path / "out" / "photons-0001.raw", "<f4").reshape(-1, 8)
-    np.testing.assert_array_equal(raw, np.stack(expected, axis=-1).astype("<f4"))
-    assert np.load(tmp_path / "out" / "stokes-0001.npy").dtype == np.float32
-    manifest = manifest_of(tmp_path / "out")
-    assert manifest["files"]["photons-0001.raw"]["columns"] == list(rows.dtype.names)
-    assert command("verify", tmp_path / "out", "-q") == 0

@@ -84,15 +84,6 @@ def test_a_call_after_the_last_one_changes_nothing(amc, out, whole, capsys):
     assert {path.name: path.stat().st_mtime_ns for path in out.iterdir()} == before
 
 
-def test_marks_that_a_killed_call_left_beside_a_finished_run_go(amc, out, whole):
-    """Killed between the manifest and the removal of the marks."""
-    mark = (out / MARK).read_bytes()
-    assert run(amc, out, "--shard", "2/3") == 0
-    (out / MARK).write_bytes(mark)
-    assert run(amc, out, "--shard", "2/3") == 0
-    assert run_bytes(out) == whole
-
-
 def test_any_call_that_sees_all_marks_ends_the_run(amc, out, whole):
     """The last shard was killed between its mark and the manifest: a shard that is made already ends the run."""
     mark = (out / MARK).read_bytes()

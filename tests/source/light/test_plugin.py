@@ -114,14 +114,6 @@ def test_a_good_model_is_a_sky(install):
     assert abs(both[0][:, 0] - both[1][:, 0]).max() <= 1
 
 
-def test_irradiances_of_a_model_are_those_of_the_scene(install):
-    install(make_of("import aomc_sky; return aomc_sky.FunctionSky(lambda z, a, nm: nm, irradiance_W_m2_nm=0.25)"))
-    scene = sky.read_scene(SCENE, sky="dark")
-    fraction = scene.components[0].strength
-    np.testing.assert_allclose(scene.irradiance.of_component[:, 1], 0.25, rtol=1e-15)
-    np.testing.assert_allclose(scene.irradiance.of_component[:, 0], 0.25 * fraction / (1 - fraction), rtol=1e-14)
-
-
 def test_a_broken_or_noisy_package_spoils_no_list_of_the_others(install, told):
     install("raise BaseException('no licence')", name="broken", distribution="broken-skies")
     install("print('welcome')\n" + GOOD)

@@ -12,14 +12,6 @@ from tests.support.shared import INPUTS
 AMOUNTS = {"ghi": 780.0, "dhi": 140.0}
 
 
-def test_a_sky_without_a_beam_has_no_warning_of_its_share(tmp_path):
-    amc = copy_scene("perez_sky", tmp_path)
-    (amc.parent / "difcol.inp").unlink()
-    scene = sky.read_scene(amc, diffuse_only=True)
-    assert [c.name for c in scene.components] == ["perez"]
-    assert any("is left out" in note for note in scene.notes)
-
-
 def test_a_sky_of_a_file_says_that_there_is_no_beam_to_leave_out():
     leaves = "diffuse_only=True leaves nothing out: no beam is asked for beside skydist.inp"
     assert leaves in sky.read_scene(INPUTS / "clear_day", diffuse_only=True).notes

@@ -102,16 +102,6 @@ def test_a_scene_of_an_hour():
     assert scene.source(seed=3).plan.sha256 == by_hand.source(seed=3).plan.sha256
 
 
-def test_a_scene_of_a_time_and_a_place():
-    scene = sky.read_scene(INPUTS / "perez_sky", weather=PLACE, perez={"ghi": 700.0, "dhi": 120.0})
-    assert scene.options["weather"]["time"] == "2026-06-21T09:30:00Z"
-    assert scene.options["perez"]["from"] == "ghi 700 and dhi 120 W m-2 (options)"
-    by_file = sky.read_scene(INPUTS / "perez_sky", weather=PLACE)  # the sun alone
-    assert by_file.options["perez"]["from"].endswith("(sky.toml)")
-    assert by_file.options["sun"]["zenith_deg"] == scene.options["sun"]["zenith_deg"]
-    assert "weather" not in sky.read_scene(INPUTS / "perez_sky").options
-
-
 def test_rays_of_a_description_come_from_the_true_sun(tmp_path):
     night = {**PLACE, "time": "2026-06-21T02:40:00Z"}
     assert weather_of(night)
