@@ -69,16 +69,13 @@ def test_decisions_keep_their_numbers():
     assert all("**Decision.**" in record and "**Why.**" in record for record in records[1::2])
 
 
-def test_stub_names_what_the_package_loads():
+def test_names_that_the_package_loads_are_those_of_the_stub():
     stub = ast.parse((REPOSITORY / "src/aomc_sky/__init__.pyi").read_text())
     imports = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
     names = {alias.asname or alias.name: node.module for node in imports for alias in node.names}
     homes = {name: f"aomc_sky.{module}" for name, module in aomc_sky._PUBLIC.items()}
     homes |= {name: f"aomc_sky.{module}".rpartition(".")[0] for name, module in aomc_sky._PUBLIC_MODULES.items()}
     assert names == homes
-
-
-def test_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="no attribute 'no_such_name'"):
         aomc_sky.no_such_name  # noqa: B018
 

@@ -21,13 +21,10 @@ topics = script(DOCS / "extensions" / "topics.py")
 PAGES = [p for p in sorted([*REPOSITORY.glob("*.md"), *DOCS.rglob("*.md")]) if "_build" not in p.parts]
 
 
-def test_every_public_name_stands_in_exactly_one_topic():
+def test_every_public_name_stands_in_one_topic_and_every_topic_in_the_overview():
     in_topics = Counter(name.removeprefix("aomc_sky.") for topic in TOPICS for name in topics.names_of(topic))
     assert {name: in_topics[name] for name in public_names()} == dict.fromkeys(public_names(), 1)
     assert max(in_topics.values()) == 1
-
-
-def test_overview_shows_the_names_of_every_topic():
     overview = (DOCS / "api.md").read_text()
     assert sorted(re.findall(r"^api/(\w+)$", overview, re.MULTILINE)) == TOPICS
     assert sorted(re.findall(r"^```\{names\} (\w+)$", overview, re.MULTILINE)) == TOPICS
@@ -80,11 +77,8 @@ def site(tmp_path):
     return tmp_path
 
 
-def test_good_site_passes(site):
+def test_a_good_site_passes(site):
     assert check_site.complaints(site) == []
-
-
-def test_pictures_with_twins_pass(site):
     light, dark = (f'<img class="only-{mode}" alt="figure" src="data:,">' for mode in ("light", "dark"))
     (site / "a.html").write_text(light + dark)
     assert check_site.complaints(site) == []

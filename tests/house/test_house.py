@@ -79,18 +79,12 @@ def test_modules_are_small_and_documented():
             assert long == [], name_of(path)
 
 
-def test_numba_is_imported_in_the_kernels_alone():
+def test_numba_is_imported_and_compiled_in_the_kernels_alone_and_no_other_package_is_needed():
     users = [path for path in MODULES if "numba" in module(path).imported]
     assert users
     assert [name_of(path) for path in users if not is_kernel(path)] == []
-
-
-def test_kernels_are_compiled_by_one_decorator():
     compilers = {"jit", "njit", "vectorize", "guvectorize", "stencil", "cfunc"}
     assert {path.name for path in MODULES if is_kernel(path) and compilers & module(path).named} == {"jit.py"}
-
-
-def test_package_depends_on_its_core_dependencies_alone():
     third_party = set().union(*(module(path).imported for path in MODULES)) - set(sys.stdlib_module_names)
     assert third_party <= {"aomc_sky", "numpy", "numba", "llvmlite", "scipy", "tqdm"}
 

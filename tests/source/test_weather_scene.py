@@ -74,11 +74,8 @@ def test_what_cannot_be_is_refused(changed, error, text):
         sky.weather_scene(**{"wavebands": [500.0], **NOON, **changed})
 
 
-def test_an_altitude_of_zero_needs_no_time():
+def test_an_altitude_of_zero_needs_no_time_and_a_low_sun_may_be_faint():
     assert sky.weather_scene(wavebands=[500.0], altitude_m=0.0, **NOON) == sky.weather_scene(wavebands=[500.0], **NOON)
-
-
-def test_a_low_sun_may_be_faint():
     with pytest.warns(sky.ModelLimitWarning):
         scene = sky.weather_scene(wavebands=[500.0], sun_zenith_deg=89.5, ghi=1.5, dhi=1.4)
     assert scene.source().n_photons(0) == 1_000_000

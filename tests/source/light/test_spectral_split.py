@@ -100,10 +100,15 @@ def test_without_beam_or_without_sky_one_is_all():
     assert (dark.turbidity, dark.cloud) == (REFERENCE.aod_500nm, 0.0)
 
 
-def test_a_sky_clearer_than_any_is_told():
+def test_what_is_said_of_clear_skies_of_clouds_and_of_no_light():
     with pytest.warns(ModelLimitWarning, match="less than a cloudless sky has"):
         found = split(1000.0, 20.0, 30.0)
     assert (found.turbidity, found.cloud) == (0.0, 0.0)
+    assert str(split(0.0, 300.0, 50.0)).endswith("turbidity 0.5, 100 % of the diffuse light as white as a cloud's")
+    assert str(split(850.0, 95.0, 50.0)).count("cloud") == 0
+    shape = PerezSection(epsilon=3.0, delta=0.0, origin="options")
+    with pytest.raises(SceneError, match="no light at all"):
+        spectral_split(shape, Sun(zenith_deg=30.0, azimuth_deg=0.0), VISIBLE)
 
 
 OCEAN_NM = np.array([412.0, 443.0, 490.0, 555.0, 670.0])
@@ -134,21 +139,10 @@ def test_from_haze_to_cloud_nothing_jumps():
     assert abs(blue(0.1)[0] / blue(0.0)[0] - 1) < 1e-3
 
 
-def test_the_share_of_cloud_is_said():
-    assert str(split(0.0, 300.0, 50.0)).endswith("turbidity 0.5, 100 % of the diffuse light as white as a cloud's")
-    assert str(split(850.0, 95.0, 50.0)).count("cloud") == 0
-
-
 @pytest.mark.parametrize("wavelength_nm", [299.9, 4000.0001])
 def test_a_waveband_outside_the_spectra_is_refused(wavelength_nm):
     with pytest.raises(SceneError, match=rf"waveband 2 at {wavelength_nm!r} nm is outside .* 300 to 4000 nm"):
         split(850.0, 95.0, 30.0, np.array([550.0, wavelength_nm]))
-
-
-def test_inputs_without_light_are_refused():
-    shape = PerezSection(epsilon=3.0, delta=0.0, origin="options")
-    with pytest.raises(SceneError, match="no light at all"):
-        spectral_split(shape, Sun(zenith_deg=30.0, azimuth_deg=0.0), VISIBLE)
 
 
 # In a scene

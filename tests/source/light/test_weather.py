@@ -108,7 +108,9 @@ def test_rays_of_a_description_come_from_the_true_sun(tmp_path):
     with pytest.raises(sky.SceneError, match="degrees below the horizon there; take an hour of the day"):
         sky.read_scene(INPUTS / "perez_sky", weather=night)
     scene = sky.read_scene(coarse_atmosphere(tmp_path), weather=PLACE)
-    assert scene.options["sun"]["zenith_deg"] == scene.options["weather"]["true_zenith_deg"]
+    zenith = scene.options["sun"]["zenith_deg"]
+    assert zenith == scene.options["weather"]["true_zenith_deg"]
+    assert any(f"the sun at a zenith angle of {zenith:.4f}" in note for note in scene.notes)
 
 
 @pytest.mark.parametrize(

@@ -88,10 +88,12 @@ def test_declaration_of_our_own_files_is_obeyed(tmp_path):
     assert sky.read_scene(tmp_path, weighting="listed").options["weighting"] == "listed"
 
 
-def test_bands_share_the_mass_of_their_wavelength():
+def test_bands_share_the_mass_of_their_wavelength_and_half_photons_round_up(tmp_path):
     scene = sky.read_scene(INPUTS / "sparse_sky")
     assert scene.sky_wavelength_nm.tolist() == [450, 550, 550, 650]  # 500 is a tie: the longer one
     assert len(scene.source().components[0].mass) == 3
+    write_scene(tmp_path, difcol="3\n1 0.0005\n1 0.0014999\n1 0\n", bands=(400.0, 500.0, 600.0), flag=0)
+    assert sky.read_scene(tmp_path).n_photons.tolist() == [1, 1, 0]
 
 
 def test_internal_source_shares_exactly():
@@ -136,11 +138,6 @@ def test_no_diffuse_light_no_sky():
     assert len(batch) == 50_000
     np.testing.assert_allclose(batch.directions[0], [0, -0.5, -np.sqrt(0.75)], atol=1e-7)
     assert np.ptp(batch.ux) == np.ptp(batch.uy) == np.ptp(batch.uz) == 0
-
-
-def test_half_photons_round_up(tmp_path):
-    write_scene(tmp_path, difcol="3\n1 0.0005\n1 0.0014999\n1 0\n", bands=(400.0, 500.0, 600.0), flag=0)
-    assert sky.read_scene(tmp_path).n_photons.tolist() == [1, 1, 0]
 
 
 NOON = {"time": "2026-06-21T09:30:00Z", "latitude_deg": 54.2, "longitude_deg": 7.9}
