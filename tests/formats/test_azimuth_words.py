@@ -77,9 +77,13 @@ def test_every_wording_of_the_grammar_is_a_compass():
             assert to_enu_azimuth_deg([0.0, 90.0], convention).tolist() == [ENU[start], ENU[towards]], text
 
 
-def test_members_are_words():
+def test_members_are_words_and_a_standard_name_is_clockwise():
     for member in AzimuthConvention:
         assert convention_of(member.name) is convention_of(member.name.lower()) is given_convention(member) is member
+    assert convention_of(is_clockwise=True).name == "NORTH_CLOCKWISE"
+    assert convention_of("reference direction is due south", is_clockwise=True).name == "WEST_OF_SOUTH"
+    with pytest.raises(UnclearError, match="contradict"):
+        convention_of("counterclockwise from north", is_clockwise=True)
 
 
 @pytest.mark.parametrize(
@@ -97,13 +101,6 @@ def test_texts_add_up_or_contradict_each_other(texts, convention):
             convention_of(*texts)
     else:
         assert convention_of(*texts).name == convention
-
-
-def test_a_standard_name_is_clockwise():
-    assert convention_of(is_clockwise=True).name == "NORTH_CLOCKWISE"
-    assert convention_of("reference direction is due south", is_clockwise=True).name == "WEST_OF_SOUTH"
-    with pytest.raises(UnclearError, match="contradict"):
-        convention_of("counterclockwise from north", is_clockwise=True)
 
 
 @pytest.mark.parametrize("text", ["viewing azimuth angle", "azimuth of the sky element", "deg", "azimuth", "sensor 3"])

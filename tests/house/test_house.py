@@ -27,9 +27,10 @@ def name_of(path):
     return str(path.relative_to(SOURCE))
 
 
-def test_network_is_out_of_reach():
+def test_network_is_out_of_reach_and_the_files_that_come_first_are_there():
     with socket.socket() as one, pytest.raises(RuntimeError, match="reached for the network"):
         one.connect(("192.0.2.1", 9))
+    assert set(FIRST) <= {path.name for path in (REPOSITORY / "tests").rglob("test_*.py")}
 
 
 class Module(NamedTuple):
@@ -108,7 +109,3 @@ def test_tests_lie_in_the_rooms_of_the_package():
     folders = {str(path.parent.relative_to(tests)) for path in tests.rglob("test_*.py")} - {"ground", "house"}
     rooms = {name for name in folders if any((at / name).is_dir() for at in (SOURCE, REPOSITORY))}
     assert [name for name in folders - rooms if name.split("/")[0] not in SHARED_TESTS] == []
-
-
-def test_the_test_files_that_come_first_are_there():
-    assert set(FIRST) <= {path.name for path in (REPOSITORY / "tests").rglob("test_*.py")}

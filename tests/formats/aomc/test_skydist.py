@@ -16,7 +16,7 @@ ROWS = [
 ]  # fmt: skip
 
 
-def test_skydist_values_and_lines():
+def test_values_lines_and_spellings():
     table = read_skydist(DATA / "skydist/good/plain.inp")
     assert table.wavelength_nm.tolist() == [550.0, 650.0]
     assert table.radiance.tolist() == [[[10.5, 0, 0], [0, 0, 20]], [[0, 9.5, 0], [0, 0, 0]]]
@@ -25,9 +25,6 @@ def test_skydist_values_and_lines():
     assert table.declared_bins is None
     declared = read_skydist(DATA / "skydist/good/declared.inp")
     assert (declared.declared_bins, declared.declared_values) == (Bins.DEGREES, Values.MASS)
-
-
-def test_fortran_spellings():
     table = read_skydist(DATA / "skydist/good/fortran_spellings.inp")
     assert table.wavelength_nm.tolist() == [550.0, 650.0]
     assert (table.radiance[0, 0, 1], table.radiance[0, 1, 2], table.radiance[1, 0, 1]) == (10.5, 20.0, 9.5)

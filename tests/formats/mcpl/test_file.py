@@ -183,7 +183,7 @@ def test_a_whole_file_has_no_problems(tmp_path):
         assert len(read_mcpl(tmp_path / "x.mcpl").particles()) == n
 
 
-def test_many_bad_records_are_named_up_to_20(tmp_path):
+def test_bad_records_and_files_that_shrink_are_input_errors(tmp_path):
     header = McplHeader(n_particles=1000, weight=1.0, pdg_code=22)
     records = np.zeros(1000, header.record)
     records["time"][100::2] = np.nan
@@ -195,9 +195,6 @@ def test_many_bad_records_are_named_up_to_20(tmp_path):
     with pytest.raises(InputFileError, match="record 502"):
         read_mcpl(path).particles(501, 503)
     assert len(read_mcpl(path).particles(0, 100)) == 100
-
-
-def test_a_file_that_shrinks_is_an_input_error(tmp_path):
     path = tmp_path / "x.mcpl"
     path.write_bytes(GOOD)
     file = read_mcpl(path)

@@ -181,15 +181,12 @@ def test_a_line_that_is_not_toml_gets_the_text_to_write(line, advice, tmp_path):
     assert (problem.code, problem.line, problem.advice) == ("E701", 2, f"write {advice}")
 
 
-def test_a_number_that_reads_as_a_date_is_no_time(tmp_path):
+def test_numbers_of_dates_and_of_other_units_are_told(tmp_path):
     for number, expected in ((20260621, "1970-08-23"), (202606212330, "8390-")):
         text = f'[[background]]\nfile = "x.h5"\ntime = {number}\n'
         problem = problems_of(tmp_path / "sky.toml", text.encode()).problems[0]
         assert (problem.code, problem.line, problem.column) == ("E704", 3, 8)
         assert f"the time {expected}" in problem.message
-
-
-def test_more_light_than_the_sun_has_is_another_unit(tmp_path):
     text = b"[sky]\ndirect_irradiance = [1.5, 610.0]\n"
     problem = problems_of(tmp_path / "sky.toml", text).problems[0]
     assert (problem.code, problem.line, problem.column) == ("E704", 2, 21)
