@@ -123,9 +123,6 @@ def test_every_control_character_is_escaped_and_nothing_else():
         assert shown.isprintable() or shown == chr(code)
     assert visible("a\tb\n", keep_lines=True) == "a\tb\n"
     assert visible("naïve Ωλ 北") == "naïve Ωλ 北"
-
-
-def test_problems_are_tame_without_the_command_line_too():
     problem = Problem(
         path=f"x{HOSTILE}", line=1, column=1, code="E1", field=HOSTILE, message=HOSTILE, advice=HOSTILE, text=HOSTILE
     )

@@ -81,10 +81,12 @@ def test_every_message_says_what_to_write(kind):
         assert all(line.split("^")[-1].strip() for line in carets), path.name
 
 
-def test_every_expected_message_has_its_file():
+def test_every_expected_message_has_its_file_and_the_page_names_it():
     messages = DATA.glob("*/bad/*.expected")
     assert [path for path in messages if not any(path.with_suffix(e).exists() for e in ENDINGS)] == []
     assert all(sum(of == kind for of, _ in BAD) >= least for kind, least in LEAST.items())
+    assert set(shown_messages()) == {path.name for path in SHOWN}
+    assert len(SHOWN) >= 10
 
 
 def shown_messages():
@@ -92,11 +94,6 @@ def shown_messages():
     text = (INPUTS / "bad" / "README.md").read_text()
     sections = re.findall(r"^## (\S+)\n.*?^```\n(.*?)^```$", text, re.M | re.S)
     return {name: [line.rstrip() for line in message.strip().splitlines()] for name, message in sections}
-
-
-def test_the_page_of_bad_inputs_names_every_file():
-    assert set(shown_messages()) == {path.name for path in SHOWN}
-    assert len(SHOWN) >= 10
 
 
 @pytest.mark.parametrize("path", SHOWN, ids=lambda path: path.name)
