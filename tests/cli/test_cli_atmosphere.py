@@ -175,7 +175,8 @@ def test_every_save_option(tmp_path):
 def test_significands(tmp_path):
     """And a file without any of these options has float64 and no further variable."""
     assert run_model(MOLECULES, tmp_path / "full", *ORDER_ONE) == 0
-    assert run_model(MOLECULES, tmp_path / "cut", "--texture-save-precision", 4, *ORDER_ONE) == 0
+    for bits in (24, 4):  # a table of ours is replaced
+        assert run_model(MOLECULES, tmp_path / "cut", "--texture-save-precision", bits, *ORDER_ONE) == 0
     with opened(tmp_path / "full") as full, opened(tmp_path / "cut") as cut:
         named = {"irradiance_by_order", "radiance_up_to_order", "source_by_order", "source_from_ground"}
         assert not named & set(full.variables)

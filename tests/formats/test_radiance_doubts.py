@@ -53,6 +53,7 @@ REFUSED = {
     ("# frame: NED", HEAD): "E651(?s:.*)'frame' is not understood",
     ("# mirrored east-west", HEAD): "E651(?s:.*)'mirrored' is not understood",
     ("# angles are in ship coordinates", HEAD): "E651(?s:.*)'ship' is not understood",
+    ("# All radiances in mW m-2 nm-1 sr-1, multiplied by 1000", HEAD): "E651(?s:.*)'multiplied' besides the unit",
     # names with more than is read
     ("zenith_deg,azimuth_deg,radiance_upwelling (W m-2 nm-1 sr-1)",): "no column of radiance",
     ("zenith_deg,azimuth_deg,L_4120",): "are these wavelengths angstroms",

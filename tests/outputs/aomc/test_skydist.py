@@ -304,6 +304,8 @@ def test_plain_float32_values_would_not_do():
 
 
 def test_counts_that_cannot_be_had_are_an_error_and_never_silent(monkeypatch):
+    with pytest.raises(AllocationError, match="16000001 photons in a band"):
+        exact_radiances(np.array([[MOST_PHOTONS + 1], *[[0]] * 88]))
     monkeypatch.setattr(skydist, "allocate", lambda weight, n, method: np.zeros(weight.shape, np.int64))
     with pytest.raises(AllocationError, match="no 32-bit radiances"):
         exact_radiances(np.full((89, 1), 7))

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aomc_sky import Scene, UniformSky
+from aomc_sky import Footprint, PatchGrid, Scene, TabulatedSky, UniformSky
 from aomc_sky.errors import InputFileError, OutputError
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
 from aomc_sky.outputs.photons.csv import CsvWriter
@@ -75,6 +75,23 @@ def test_every_bit_comes_back(precision):
     for column, wanted in zip(numbers.T, (batch.ux, batch.uy, batch.uz, batch.x, batch.y, batch.weight), strict=True):
         assert np.array_equal(column.view(f"u{column.itemsize}"), wanted.view(f"u{wanted.itemsize}"))
     assert text_of(source, 1) == b"ux,uy,uz,x_m,y_m,weight\n"
+
+
+def test_positions_come_before_weights_and_stokes_vectors_last():
+    values = np.random.default_rng(2).uniform(0.5, 1, (1, 12))
+    table = TabulatedSky(
+        wavelength_nm=[550.0], values=values, values_q=values * 0.3, values_u=values * -0.2, weighting="solid-angle",
+        grid=PatchGrid.regular(3, 4),
+    )  # fmt: skip
+    scene = Scene(wavebands=[550.0], n_photons=500, components=table, footprint=Footprint.circle(2.0))
+    source = scene.source(weights=True, precision="float64")
+    batch = source.photons(0)
+    expected = np.stack([getattr(batch, name) for name in ("ux", "uy", "uz", "x", "y", "weight", "q", "u")], axis=-1)
+    text = text_of(source, 0)
+    assert text.splitlines()[0] == b"ux,uy,uz,x_m,y_m,weight,q,u"
+    np.testing.assert_array_equal(np.loadtxt(io.BytesIO(text), delimiter=",", skiprows=1), expected)
+    raw = bytes(photon_writer("raw")(source).chunks(batch)[0])
+    np.testing.assert_array_equal(np.frombuffer(raw, "<f4").reshape(-1, 8), expected.astype("<f4"))
 
 
 def test_text_has_as_many_columns_and_digits_as_it_needs():

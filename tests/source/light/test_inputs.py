@@ -161,6 +161,11 @@ def test_a_sky_file_leaves_sky_toml_alone_and_says_so(tmp_path):
         assert "sky_toml" not in sky.read_scene(folder, compat="aomc").input_files
 
 
+def test_a_sky_without_light_beside_difcol_is_refused(tmp_path):
+    with pytest.raises(sky.SceneError, match="no light for the sky"):
+        sky.read_scene(scene_folder(tmp_path, difcol=DIFCOL), perez={"dni": 850.0, "dhi": 0.0})
+
+
 def test_a_uniform_sky_says_that_perez_is_not_used(tmp_path):
     scene = sky.read_scene(scene_folder(tmp_path, toml=TOML, difcol=DIFCOL), sky="uniform")
     assert scene.notes[-1] == "sky.toml: [perez] is not used, no Perez sky is modelled"
