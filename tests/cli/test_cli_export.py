@@ -55,8 +55,10 @@ def test_mcpl_is_what_write_mcpl_writes(out, tmp_path, told):
     assert read_mcpl(tmp_path / "out.mcpl").header.n_particles == 60_000
     assert "nothing was done again" in told("export", out, "--to", "mcpl").out
     assert "--force" in told("export", out, "--to", "mcpl", "--waveband", 1, code=5).err
-    assert export(out, "--to", "mcpl", "--waveband", 1, "--force", "-q") == 0
-    assert read_mcpl(tmp_path / "out.mcpl").header.n_particles == 20_000
+    shown = json.loads(told("export", out, "--to", "mcpl", "--waveband", 1, "--force", "--json").out)
+    assert read_mcpl(tmp_path / "out.mcpl").header.n_particles == shown["photons"] == 20_000
+    assert (shown["wavebands"], shown["out"]) == ([1], str(tmp_path / "out.mcpl"))
+    assert shown["files"]["out.mcpl"]["bytes"] == (tmp_path / "out.mcpl").stat().st_size
 
 
 def test_netcdf_holds_the_counts(out, tmp_path, told):
