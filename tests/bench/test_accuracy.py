@@ -55,7 +55,7 @@ def test_time_to_reach_an_error_on_a_straight_line():
     assert far.seconds == pytest.approx(100)
 
 
-def test_a_floor_is_never_passed_and_a_good_start_is_told():
+def test_floors_are_never_passed_and_a_good_start_is_told():
     floor = rows([0.1, 0.051, 0.05, 0.05], [10**3, 10**4, 10**5, 10**6])
     assert reach_of(floor, 0).found is Found.NEVER
     assert math.isinf(reach_of(floor, 0).seconds)
@@ -65,9 +65,6 @@ def test_a_floor_is_never_passed_and_a_good_start_is_told():
     assert reach_of(good, 1).found is Found.BETWEEN
     exact = rows([0.5, 0.0], [10**3, 10**4])
     assert reach_of(exact, 1).found is Found.BETWEEN
-
-
-def test_a_bias_that_flattens_late_is_a_floor_and_chance_is_not():
     photons, errors = [10**4, 10**5, 10**6], [0.1, 0.011, 0.0105]
     assert reach_of(rows(errors, photons), 1).found is Found.BEYOND
     biased = [dataclasses.replace(row, bias={"planar": -row.error["planar"]}) for row in rows(errors, photons)]

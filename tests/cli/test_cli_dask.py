@@ -16,7 +16,6 @@ from aomc_sky.engine import cluster as dask_run
 from aomc_sky.engine.run import JobOptions
 from aomc_sky.engine.shards import run_shard
 from tests.support.scenes import copy_scene, run_bytes
-from tests.support.unfinished import UNFINISHED
 
 BLOCK = 65_536
 ITERATIONS = 6 * BLOCK + 77
@@ -87,13 +86,6 @@ def test_cluster_writes_the_bytes_of_one_process(cluster, amc, tmp_path, more):
     assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
 
 
-def test_nothing_of_a_finished_run_is_made_again(cluster, amc, whole, tmp_path, told):
-    assert main(words(amc, tmp_path / "out")) == 0
-    again = words(amc, tmp_path / "out", *on(cluster), "--json")
-    assert '"was_finished": true' in told(*again).out
-    assert run_bytes(tmp_path / "out") == whole
-
-
 def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, run_on, whole, tmp_path):
     distributed = pytest.importorskip("distributed")
     with distributed.Client(cluster.scheduler_address) as client:
@@ -119,29 +111,6 @@ def test_task_of_a_finished_run_leaves_nothing(amc, whole, tmp_path):
     for task in dask_run.tasks_of(source):
         assert dask_run._make_shard(str(tmp_path / "out"), source.plan.sha256, task)
         assert run_bytes(tmp_path / "out") == whole
-
-
-KILLED_WRITER = """
-import os, signal, sys
-from pathlib import Path
-from aomc_sky.system import appearing
-with appearing(Path(sys.argv[1]) / "shard-1-of-2.done") as file:
-    os.kill(os.getpid(), signal.SIGKILL)
-"""
-
-
-def test_what_a_killed_worker_was_writing_is_removed(run_on, whole, tmp_path):
-    left: list[str] = []
-
-    def kill_a_writer(done, total):
-        if done and not left:
-            subprocess.run([sys.executable, "-c", KILLED_WRITER, str(tmp_path / "out")], check=False)
-            names = filter(UNFINISHED.fullmatch, os.listdir(tmp_path / "out"))
-            left.extend(name for name in names if "shard-1-of-2.done" in name)  # others write, too
-
-    run_on(kill_a_writer)
-    assert len(left) == 1
-    assert run_bytes(tmp_path / "out") == whole
 
 
 def test_run_goes_on_from_the_marks(run_on, amc, whole, tmp_path):

@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.formats.mcpl.header import runs_of
 from tests.support.fault_rows import command
 from tests.support.mcpl import oracle
-from tests.support.scenes import run_bytes
 from tests.support.shared import INPUTS
 
 
@@ -56,31 +54,6 @@ def test_files_of_other_wavebands_do_not_merge(amc, tmp_path):
     sky.write_mcpl(sky.read_scene(INPUTS / "clear_day", iterations=100).source(2), tmp_path / "b.mcpl")
     with pytest.raises(subprocess.CalledProcessError):
         oracle().tool("--merge", tmp_path / "c.mcpl", tmp_path / "a.mcpl", tmp_path / "b.mcpl")
-
-
-def test_a_file_of_the_right_length_with_another_head_is_not_ours(amc, tmp_path):
-    scene = sky.read_scene(amc, iterations=100)
-    out, options = tmp_path / "out", JobOptions(formats=("mcpl",))
-    run_job(scene.source(), scene, out, options)
-    whole = run_bytes(out)
-    (out / "manifest.json").unlink()
-    data = bytearray(whole["photons.mcpl"])
-    data[70] ^= 1
-    (out / "photons.mcpl").write_bytes(data)
-    assert run_job(scene.source(), scene, out, options).emitted == 300
-    assert run_bytes(out) == whole
-
-
-def test_wavebands_that_were_not_asked_for_are_not_in_the_file(amc, tmp_path):
-    run(amc, tmp_path / "all", 500)
-    run(amc, tmp_path / "two", 500, "--waveband", 3, "--waveband", 2)
-    every, some = (sky.read_mcpl(tmp_path / d / "photons.mcpl") for d in ("all", "two"))
-    assert len(every) == 1500
-    assert len(some) == 1000
-    assert np.array_equal(every.particles(500, 1500).user_flags, some.particles().user_flags)
-    assert np.array_equal(every.particles(500, 1500).direction, some.particles().direction)
-    listed = [c for c in some.header.comments if c.startswith("wavelengths")]
-    assert listed == ["wavelengths of the wavebands [nm]: 2: 580.0, 3: 640.0"]
 
 
 def test_info_shows_head_and_bounds(amc, tmp_path, told):

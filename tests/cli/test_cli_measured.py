@@ -49,27 +49,8 @@ def test_plot_validate_and_info(tmp_path, told):
     told("validate", SKY)
     summary = json.loads(told("info", SKY, "--json").out)
     assert summary["wavebands"] == list(TRUE)
+    assert json.loads(told("info", SKY, *NM, "--json").out)["wavebands"] == [451.0, 555.0]
     assert summary["options"]["sun"]["azimuth_deg"] == pytest.approx(135.0)
-
-
-def test_little_of_the_sky_is_a_warning_and_strict_an_error(tmp_path, told):
-    head = "# azimuth: from north\n# radiance unit: relative\nzenith_deg,azimuth_deg,L_550\n"
-    rows = "".join(f"{zenith},{azimuth},1\n" for zenith in (0, 20, 40) for azimuth in range(0, 360, 30))
-    path = tmp_path / "cap.csv"
-    path.write_text(head + rows)
-    assert "measured sky: 60 % of the light comes from beyond the measured directions" in told("validate", path).err
-    told("validate", path, "--strict", code=3)
-
-
-def test_a_measured_sky_with_its_sun(tmp_path, told):
-    """The sky in its own units is the diffuse light, and the beam has the share of the irradiances."""
-    words = ["run", str(SKY), "--iterations", "1000", "--format", "none", "--json", "--out"]
-    both = json.loads(told(*words, tmp_path / "a", "--dni", "800", "--dhi", "120").out)["bands"]
-    alone = json.loads(told(*words, tmp_path / "b").out)["bands"]
-    ratio = 800 * np.cos(np.radians(40)) / 120
-    for one, other in zip(both, alone, strict=True):
-        parts, sky = one["component_irradiance_W_m2_nm"], other["irradiance_W_m2_nm"]
-        assert (parts["measured"], parts["direct"]) == pytest.approx((sky, ratio * sky), rel=1e-9)
 
 
 @pytest.fixture

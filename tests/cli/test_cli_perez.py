@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
@@ -23,18 +22,6 @@ def shown(capsys, *words):
     return json.loads(capsys.readouterr().out)
 
 
-def test_values_of_a_clear_sky(capsys):
-    found = shown(capsys, *CLEAR)
-    kappa = 1.041 * np.deg2rad(40.0) ** 3
-    assert found["epsilon"] == pytest.approx(((95 + 850) / 95 + kappa) / (1 + kappa), rel=1e-14)
-    assert found["bin"] == 8
-    assert found["ghi"] == pytest.approx(850 * np.cos(np.deg2rad(40.0)) + 95, rel=1e-14)
-    assert found["radiance_per_unit"] * found["horizontal_integral"] == pytest.approx(95.0, rel=1e-12)
-    sky = PerezSky(sun_zenith_deg=40.0, dni=850.0, dhi=95.0)
-    assert list(found["coefficients"].values()) == sky.model_coefficients.tolist()
-    assert found["warnings"] == []
-
-
 @pytest.mark.parametrize(
     ("words", "b", "azimuth"), [("-1 -3e-1 10 -3. .45", -0.3, "-9e1"), ("0 0 0 0 -.5", 0.0, "-90.")]
 )
@@ -51,13 +38,6 @@ def test_what_is_limited_is_said_and_strict_refuses_it(told):
     assert said.err.count("aomc-sky: warning:") == 1
     assert "--strict" in told(*words, "--strict", code=3).err
     assert "delta used: 0.9\n" in told(*words, "--limits", "paper").out
-
-
-def test_air_mass_and_extraterrestrial_irradiance_change_delta(capsys):
-    one = shown(capsys, *CLEAR)["delta"]
-    other = shown(capsys, *CLEAR, "--air-mass", "kasten-1966", "--extraterrestrial", "1367")["delta"]
-    assert other == pytest.approx(one * 1361.1 / 1367, rel=2e-3)
-    assert other != one * 1361.1 / 1367
 
 
 @pytest.mark.parametrize(
@@ -111,12 +91,3 @@ def test_a_table_read_back_gives_the_same_masses(tmp_path):
     assert mass / 95.0 == pytest.approx(sky.patch_mass(grid), rel=1e-12)
     # the sun stands in the patch that holds it
     assert divmod(int(table.radiance[0].argmax()), 36) in {(3, 6), (3, 7), (4, 6), (4, 7)}
-
-
-def test_a_relative_table_has_the_models_own_scale(tmp_path):
-    shape = ("--sun-zenith", "30", "--epsilon", "1", "--delta", "0.3")
-    table = table_of(tmp_path, *shape, "--bins", "90", "36", "--wavelength", "488.5")
-    assert table.wavelength_nm.tolist() == [488.5]
-    sky = PerezSky(sun_zenith_deg=30.0, epsilon=1.0, delta=0.3)
-    expected = sky.radiance(*np.deg2rad([[20.5, 60.5], [95.0, 205.0]]), 550.0)
-    assert [table.radiance[0, 20, 9], table.radiance[0, 60, 20]] == pytest.approx(expected, rel=2e-3)

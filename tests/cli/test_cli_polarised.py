@@ -8,7 +8,7 @@ import pytest
 
 import aomc_sky as sky
 from tests.support.fault_rows import command
-from tests.support.scenes import flip_bit, manifest_of
+from tests.support.scenes import flip_bit
 from tests.support.shared import INPUTS
 from tests.support.stokes import DEFECTS
 
@@ -83,14 +83,6 @@ def test_a_picture_finds_a_field_by_the_words_of_the_run(field, tmp_path, told):
     assert "2 domes" in told("plot", odd, *ODD, "--stokes-signs", 1, -1, "--out", tmp_path / "odd.png").out
 
 
-def test_the_radiance_alone_is_a_choice(field, tmp_path):
-    expected = by_python(field[["I"]].rename(I="radiance")).sha256
-    rows = stacked(field, "IQU").rename("radiance")
-    for name, made, words in (("a", field, ("--variable", "I")), ("b", rows, ("--isel", "stokes=0"))):
-        path = stored(made, tmp_path / f"{name}.nc")
-        assert plan_of("run", path, *words, folder=tmp_path / name).sha256 == expected
-
-
 def scene_folder(folder, toml, made):
     shutil.copytree(INPUTS / "perez_sky", folder, dirs_exist_ok=True)
     (folder / "sky.toml").write_text(toml)
@@ -120,12 +112,8 @@ WRONG = {
     "half": (lambda f: f.drop_vars("U").rename(I="radiance"), (), 3, "E710", "one of Q and U without the other"),
     "names": (lambda f: f, ("--variable-q", "Q"), 2, "belong together", "give both, or none"),
     "twice": (lambda f: f, ("--variable-q", "Q", "--variable-u", "Q"), 3, "E710", "one is named twice"),
-    "absent": (lambda f: f, ("--variable-q", "X", "--variable-u", "U"), 3, "E710", "no variable 'X'"),
     "signs": (lambda f: f[["I"]].rename(I="radiance"), ("--stokes-signs", "1", "1"), 3, "E710", "--stokes-signs"),
-    "sign": (lambda f: f, ("--stokes-signs", "1", "2"), 2, "stokes_signs are two of 1 and -1", "[1, 2]"),
-    "too much": (lambda f: f.assign(Q=3 * f["I"]), (), 3, "E710", "more polarised light than light"),
     "pattern": (lambda f: f, ("--polarisation", "0.5", "--sun-zenith", "40"), 2, "is polarised already", "Q and U"),
-    "index": (lambda f: f, ("--isel", "stokes=0"), 3, "E710", "no dimension 'stokes'"),
 }
 
 
@@ -140,7 +128,6 @@ def test_fields_and_options_that_are_wrong(name, field, tmp_path, told):
 
 LINES = {
     "half": ('variable = "I"\nvariable_q = "Q"\n', "4:1: error[E705]", "variable_q without variable_u"),
-    "absent": ('variable_q = "X"\nvariable_u = "U"\n', "3:14: error[E710]", "no variable 'X'"),
     "sign": ("stokes_signs = [1, 0]\n", "3:16: error[E704]", "write [1, -1] with the sign of Q and that of U"),
     "alone": ('variable = "I"\nstokes_signs = [1, 1]\n', "4:16: error[E710]", "are for a field of Q and U"),
     "pattern": ("polarisation = 0.5\n", "3:16: error[E705]", "a table that has Q and U of its own"),
@@ -237,26 +224,3 @@ def test_an_exported_netcdf_is_a_polarised_field(run_of_all, tmp_path, capsys):
         again = plan_of("run", path, *words, folder=tmp_path / str(k))
         assert ("the rest is missing (mass_direct)" in capsys.readouterr().err) == (words == ())
         np.testing.assert_allclose(again.components[-1].stokes[1], source.stokes(1)[1:], atol=1e-9)
-
-
-def test_a_scene_of_weights_and_positions_has_all_columns(tmp_path):
-    """Positions, weights, then q and u; in float64 the numbers of float32 come back from the text."""
-    values = np.random.default_rng(2).uniform(0.5, 1, (1, 12))
-    model = sky.TabulatedSky(
-        wavelength_nm=[550.0], values=values, values_q=values * 0.3, values_u=values * -0.2, weighting="solid-angle",
-        grid=sky.PatchGrid.regular(3, 4),
-    )  # fmt: skip
-    scene = sky.Scene(wavebands=[550.0], n_photons=500, components=model, footprint=sky.Footprint.circle(2.0))
-    sky.write_run(scene, tmp_path / "out", weights=True, precision="float64", formats=["npy", "raw"])
-    assert command("export", tmp_path / "out", "--to", "csv", "--out", tmp_path / "csv", "-q") == 0
-    rows = np.genfromtxt(tmp_path / "csv" / "photons-0001.csv", delimiter=",", names=True)
-    assert rows.dtype.names == ("ux", "uy", "uz", "x_m", "y_m", "weight", "q", "u")
-    batch = sky.PhotonSource(sky.Plan.load(tmp_path / "out" / "plan.npz")).photons()
-    expected = [getattr(batch, name) for name in ("ux", "uy", "uz", "x", "y", "weight", "q", "u")]
-    np.testing.assert_array_equal(np.stack([rows[name] for name in rows.dtype.names]), np.stack(expected))
-    raw = np.fromfile(tmp_path / "out" / "photons-0001.raw", "<f4").reshape(-1, 8)
-    np.testing.assert_array_equal(raw, np.stack(expected, axis=-1).astype("<f4"))
-    assert np.load(tmp_path / "out" / "stokes-0001.npy").dtype == np.float32
-    manifest = manifest_of(tmp_path / "out")
-    assert manifest["files"]["photons-0001.raw"]["columns"] == list(rows.dtype.names)
-    assert command("verify", tmp_path / "out", "-q") == 0

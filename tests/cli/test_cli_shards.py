@@ -84,15 +84,6 @@ def test_a_call_after_the_last_one_changes_nothing(amc, out, whole, capsys):
     assert {path.name: path.stat().st_mtime_ns for path in out.iterdir()} == before
 
 
-def test_marks_that_a_killed_call_left_beside_a_finished_run_go(amc, out, whole):
-    """Killed between the manifest and the removal of the marks."""
-    mark = (out / MARK).read_bytes()
-    assert run(amc, out, "--shard", "2/3") == 0
-    (out / MARK).write_bytes(mark)
-    assert run(amc, out, "--shard", "2/3") == 0
-    assert run_bytes(out) == whole
-
-
 def test_any_call_that_sees_all_marks_ends_the_run(amc, out, whole):
     """The last shard was killed between its mark and the manifest: a shard that is made already ends the run."""
     mark = (out / MARK).read_bytes()
@@ -147,17 +138,6 @@ def test_shards_at_once(amc, whole, tmp_path):
     assert run_bytes(tmp_path / "out") == whole
 
 
-def test_a_killed_shard_costs_its_photons(amc, tmp_path):
-    more = ("--iterations", 6 * BLOCK)
-    assert run(amc, tmp_path / "whole", *more) == 0
-    end_by(stopped(*words(amc, tmp_path / "out", "--shard", "1/2", *more), block=2), signal.SIGKILL)
-    assert names(tmp_path / "out") > PARTS
-    assert not [name for name in names(tmp_path / "out") if name.endswith((".done", ".npy"))]
-    for k in (2, 1):
-        assert run(amc, tmp_path / "out", "--shard", f"{k}/2", *more) == 0
-    assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
-
-
 def test_what_a_shard_prints(amc, tmp_path, told):
     line = ["run", str(amc), "--iterations", "70000", "--shard", "2/3", "--out", str(tmp_path / "out")]
     shown = told(*line).out
@@ -194,10 +174,14 @@ def test_a_plan_from_another_processor_is_the_same_run(change, code, shards, who
         assert all((out / name).read_bytes() == whole[name] for name in FILES)
 
 
-def test_a_shard_needs_no_space_for_what_it_has_written(amc, tmp_path, monkeypatch, capsys):
+def test_a_killed_shard_is_made_again_and_needs_no_space_for_what_it_has_written(
+    amc, whole, tmp_path, monkeypatch, capsys
+):
     out = tmp_path / "out"
     process = stopped(*words(amc, out, "--shard", "1/1", "--threads", 1), block=2)
     end_by(process, signal.SIGKILL)
+    assert names(out) > PARTS
+    assert not [name for name in names(out) if name.endswith((".done", ".npy"))]
     sizes = [path.stat() for path in out.glob("*.part")]
     left = sum(size.st_size - 512 * size.st_blocks for size in sizes)
     assert 0 < left < 20 * ITERATIONS
@@ -207,3 +191,4 @@ def test_a_shard_needs_no_space_for_what_it_has_written(amc, tmp_path, monkeypat
     assert "run this one again when there is space" in capsys.readouterr().err
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=left))
     assert run(amc, out, "--shard", "1/1") == 0, capsys.readouterr().err
+    assert run_bytes(out) == whole

@@ -34,7 +34,7 @@ def test_a_wide_table_loses_nothing(n_columns, size, n_left):
     assert len(letters) == expected
 
 
-def test_keys_stand_in_each_block():
+def test_keys_stand_in_each_block_and_numbers_of_a_cell_have_labels():
     rows = [[str(band), f"{400 + band}", *[DIGITS] * 8] for band in (1, 2)]
     head = ["band", "nm", *(f"c{k}" for k in range(8))]
     blocks = [block.splitlines() for block in table(rows, head, n_keys=2).split("\n\n")]
@@ -43,9 +43,6 @@ def test_keys_stand_in_each_block():
         ["band", "nm", "c4", "c5", "c6", "c7"],
     ]
     assert [[line.split()[:2] for line in block[1:]] for block in blocks] == [[["1", "401"], ["2", "402"]]] * 2
-
-
-def test_numbers_of_a_cell_have_labels():
     values = {
         "wavelength_nm": [440.0, 550.0, 660.0],
         "suns": [{"zenith_deg": 40, "direct": [0.1, 0.2, 0.3], "quaternion": [0.5, -0.5, 0.5, 0.5]}],

@@ -169,17 +169,15 @@ def test_one_text_is_one_warning_and_stands_before_the_error(capsys):
     assert capsys.readouterr().err == "aomc-sky: warning: old\naomc-sky: warning: new\n"
 
 
-def test_a_pipe_and_a_quiet_command_get_no_bar(monkeypatch):
+def test_a_notebook_gets_a_bar_a_pipe_and_a_quiet_command_none(monkeypatch):
+    """Standard error of a notebook is no terminal; tqdm.auto finds out how to draw there."""
     monkeypatch.setattr(sys, "stderr", io.StringIO())
     with progress.progress_bar(enabled=True) as draw:
         assert draw is None
     monkeypatch.setattr(progress, "_stream", lambda: sys.stderr)
     with progress.progress_bar(enabled=False) as draw:
         assert draw is None
-
-
-def test_a_notebook_gets_a_bar(monkeypatch):
-    """Its standard error is no terminal; tqdm.auto finds out how to draw there."""
+    monkeypatch.undo()
     monkeypatch.setattr(sys, "stderr", io.StringIO())
     monkeypatch.setitem(sys.modules, "ipykernel", types.ModuleType("ipykernel"))
     with progress.progress_bar(enabled=True) as draw:

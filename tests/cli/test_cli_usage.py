@@ -1,17 +1,24 @@
-"""Options that a command cannot use: exit code, a few words of the one message, and no file is written.
+"""What a command cannot use: what is wrong comes first, then what was meant; no file is written.
 
-Whole messages of frequent mistakes stand in docs/errors.md and mistakes.md.
+Exit code and a few words of the one message here; whole messages of frequent mistakes stand in docs/errors.md and
+mistakes.md. With --json an error is one object of a published schema.
 """
 
+import json
 import re
 import shlex
 import shutil
+from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from aomc_sky.cli import commands
+from aomc_sky.cli.usage import COMMANDS
 from tests.support.fault_rows import command
-from tests.support.shared import INPUTS
+from tests.support.shared import INPUTS, REPOSITORY
 
 GREY = "run --wavelengths 443 555 --out new --sky"
 SUN = "run --wavelengths 443 555 --out new --sun-zenith 40"
@@ -31,36 +38,26 @@ USAGE = {
     "export x --to csv --out-dir y": "export has no option --out-dir; did you mean --out?",
     "run x --format jpeg": "--format: invalid choice: 'jpeg'; choose from npy, mcpl, raw, source, none",
     "run --time 2026-06-21 09:30": "write 2026-06-21T09:30Z for UTC, or an offset such as +02:00",
-    "run --time 2026-06-21 09:30+02:00": "write 2026-06-21T09:30+02:00\n",
     "lobes x.h5 --time 0": "aomc-sky info or plot FILE.h5 --time TIME",
     # options of a run
     "run scene --out new --format mcpl --format none": "--format none",
-    "run scene --out new --format none --format npy": "--format none",
     "run scene --format mcpl --out -": "--format",
-    "run scene --out -": "--format",
     "run scene --format raw --out - --json": "--json and --out -",
     "run scene --out new --sky perez": "dhi",
-    "run scene --out new --limits paper": "--limits",
     "run scene --out new --compat aomc --allocation systematic": "--compat aomc",
     "run scene --out new --compat aomc --bins equal": "--compat aomc",
-    "run scene --out new --compat aomc --order shuffled": "--compat aomc",
     "run scene --out new --method iid --placement r2": "iid",
     "run scene --out new --max-memory 1k": "--max-memory",
     "run scene --out new --max-memory much": "--max-memory",
     "run scene --out new --seed -1": "--seed",
     "run scene --out new --iterations 1.5": "--iterations",
-    "run scene --out new --threads 0": "--threads",
     "run scene --out new --order none": "--order",
     "run scene --out new --replicates 0": "1 to 4096",
     "run scene --out new --replicates 2 --compat aomc": "no randomness",
-    "run scene --out new --replicates 2 --allocation aomc": "no randomness",
     "run scene --out new --replicates 4 --format source": "4 replicates: make one source per seed",
     "run scene --out new --shard 0/3": "shard",
     "run scene --out new --shard 1/3 --format mcpl": "shard",
-    "run scene --out new --shard 1/3 --format none": "shard",
-    "run scene --out new --shard 1/3 --format npy --format raw": "shard",
     "run scene --out new --shard 1/3 --force": "shard",
-    "run scene --out new --engine dask --format mcpl": "dask",
     "run scene --out new --engine dask --shard 1/2": "dask",
     "run scene --out new --scheduler tcp://localhost:1": "--scheduler",
     # skies by name
@@ -71,12 +68,10 @@ USAGE = {
     f"{GREY} overcast {FIVE} --sun-zenith 40": "--coefficients: of the Perez sky",
     f"{GREY} overcast --sun-azimuth 30": "--sun-azimuth: where is the sun?",
     f"{GREY} harrison-coombes --sun-zenith 40 --aod 0.2": "--aod: used only for a cloudless sky",
-    f"{GREY} harrison-coombes --sun-zenith 40 --disc": "--disc: used only where",
     f"{GREY} harrison-coombes --sun-zenith 40 --extraterrestrial 1367": "used only with two of",
     f"{GREY} uniform --sky-option a=1": "has no options",
     f"{GREY} uniform --sky-option a=1 --sky-option a=2": "--sky-option a is given twice",
     f"{GREY} perez --sky-option a=1 --ghi 300 --dhi 200 --sun-zenith 40": "is for a sky of another name",
-    f"{GREY} cie --sky-option type=12 --sun-zenith 40 --within uniform": "--within",
     f"{GREY} overcast --azimuth-convention from_sun": "--azimuth-convention is for a measured sky (.csv)",
     f"{GREY} overcast --bins degrees": "--bins is for a scene of files",
     f"{GREY} nonsense": "there is no sky model 'nonsense'; write",
@@ -85,28 +80,22 @@ USAGE = {
         "has no option 'polarisation'; the nearest is type; write --polarisation 0.75",
     # light that a scene cannot use
     f"run inputs/atmosphere_sky --out new {EPW} --row 12": "--epw: not used with [atmosphere] in sky.toml",
-    f"run inputs/perez_sky --out new --sky uniform {EPW} --row 12": "--epw: difcol.inp says how direct every waveband",
     f"{SUN} {FIVE} --limits paper": "--limits: limits of clearness and brightness, of which --coefficients",
-    f"{SUN} {FIVE} --disc": "--disc: used only where something says how bright the beam is",
-    f"{SUN} --sky overcast --spectrum flat": "--spectrum: used only where something says",
     f"{SUN} --ghi 780 --dhi 140 --diffuse-only --disc": "--disc: the beam is left out",
     f"{SUN} --sky overcast --ghi 780 --dhi 140 --extraterrestrial 1367":
         "--extraterrestrial: of the Perez sky, not of an overcast sky",
     "run inputs/sun_and_sky --out new --compat aomc --diffuse-only": "aomc does not use --diffuse-only",
-    "run inputs/clear_day --out new --sky perez --dni 700 --dhi 100 --disc": "--disc: all light",
     # weather
     f"run perez --out new {EPW} --row 49": "rows 1 to 48",
     f"run perez --out new {EPW}": "--epw needs --row N",
     "run perez --out new --row 5": "--row needs a weather file",
     "run perez --out new --latitude 5": "--latitude needs --time",
     f"run perez --out new {EPW} --row 12 --dni 5": "--dni contradicts --epw, which gives the sun and the sky",
-    f"run perez --out new {EPW} --row 12 --time 2026-06-21T09:30:00Z": "--time contradicts --epw",
     f"run perez --out new {TIME} --sun-zenith 5": "leave out --sun-zenith",
     "run perez --out new --time 2026-06-21T09:30:00 --latitude 54.18 --longitude 7.89": "time zone",
     f"run perez --out new {TIME} --altitude 1e5": "altitude must lie within",
     f"run perez --out new {TIME} --ghi 700": "ghi without dni; add dni (or dhi)",
     # measured skies and fields
-    f"{SKY} --limits paper": "--limits: of the Perez sky, not of the measured sky",
     f"{SKY} --sky uniform": "--sky: not used with",
     f"{SKY} --disc": "--disc: used only where something says how bright the beam is",
     f"{SKY} --waveband 5": "waveband 5",
@@ -116,13 +105,10 @@ USAGE = {
     # perez
     "perez": "where is the sun",
     "perez --sun-zenith 40": "which sky",
-    "perez --sun-zenith 40 --dni 850": "dhi",
-    f"{CLEAR} --time 2024-01-01T12:00:00Z": "--sun-zenith",
     "perez --time 2024-01-01T12:00:00Z --latitude 5 --dni 1 --dhi 1": "--longitude",
     f"{CLEAR} --placement philox": "--placement is for photons",
     f"{CLEAR} --polarisation 0.6": "--polarisation is for photons: name their folder with --out DIR",
     f"{CLEAR} --format none --format npy --out new": "--format none",
-    f"{CLEAR} --with-beam": "--out DIR",
     f"{CLEAR} --write-skydist s.inp --wavelength -1": "positive",
     f"{CLEAR} --plot sky.jpeg": ".png",
     f"perez {EPW} --row 3 --sun-zenith 5": "--sun-zenith",
@@ -134,7 +120,6 @@ USAGE = {
     "info --include-dir somewhere": "",
     "info inputs/atmosphere/hazy.atmo --iterations 777": "--iterations is for a scene; ",
     f"{NIGHT} --sky uniform": "--sky is for a scene; ",
-    f"{NIGHT} --row 3": "--row is for a scene; ",
     "info inputs/sparse_sky --wavelengths 500": "--wavelengths is for a run without files or a measured sky",
     "info inputs/sparse_sky --animation a": "--animation is for a background sky; ",
     f"{NIGHT} --time 2026-02-14": "is not a date with a time of day",
@@ -151,59 +136,42 @@ USAGE = {
     f"{EXPORT} envmap --out -": "--out - is for run",
     f"{EXPORT} envmap --out sky.tif":
         "--to envmap writes no .tif file; a name that ends in .npy, .hdr or .exr is a file",
-    f"{EXPORT} envmap --out sky.mcpl": "writes no .mcpl file",
     f"{EXPORT} envmap --out out/sky.hdr": "is in the run itself",
     f"{EXPORT} envmap --out folder.hdr": "folder.hdr is a folder; name a file",
     f"{EXPORT} mcpl --out sky.hdr": "a name that ends in .mcpl is a file, and a name without an ending",
     f"{EXPORT} csv --out photons.csv": "a name without an ending, such as photons, is a folder",
-    f"{EXPORT} aomc --out sky.nc": "--to aomc writes no .nc file",
     f"{EXPORT} npy --out out": "is the run itself",
     f"{EXPORT} npy --out scene/../out": "is the run itself",
     f"{EXPORT} mcpl --out out": "photons.mcpl in the run is the run's own",
-    f"{EXPORT} source --out out/source.sky": "source.sky in the run is the run's own",
     f"{EXPORT} source --out out/plan.npz":
         "plan.npz is there and no folder; --to source takes a folder, or a name that ends",
-    f"{EXPORT} csv --out /dev/full": "/dev/full is there and no folder; --to csv takes a folder",
     # targets that are never replaced
     **{f"{CLEAR} --force --write-skydist {file}": "never replaced" for file in INPUT_FILES},
     f"{CLEAR} --force --write-skydist /dev/null": "device or a pipe",
     # an empty name
-    f"{EXPORT} csv --out ''": "empty",
     "plot inputs/clear_day --out ''": "empty",
     f"{CLEAR} --write-skydist ''": "empty",
-    f"{CLEAR} --plot ''": "empty",
     f"{AIR} --out-dir ''": "empty",
     # plot
-    "plot scene --out sky.bmp": ".png",
     "plot scene --pull": "--pull is for a run",
-    "plot scene --frames 3": "--frames is for a background sky",
-    "plot scene --wavelength 500": "--wavelength is for",
     "plot scene --size 20": "300 to 8000",
     "plot scene --range 3 1": "increasing",
     "plot scene --cmap virdis": "near it are viridis",
     "plot scene --waveband 9": "9",
     "plot out --iterations 5": "--iterations is for",
-    "plot out --sky uniform": "--sky is for",
-    "plot out --seed 3": "--seed is for",
     "plot out --time 0": "--time is for",
-    "plot out --bins equal": "--bins is for",
     "plot out --pull --show counts": "--show",
     # verify
     "verify out --method iid": "--scene AMC_INP",
-    "verify out --frame down": "--scene AMC_INP",
     "verify out --waveband 4": "waveband 4 is not in this run",
     "verify out --resample 1.5": "resample",
-    "verify out --level 0": "level",
     "verify out --level x": "level",
     "verify out --iterations 7": "--iterations says how a scene is read",
-    "verify out --compat aomc": "--compat says how a scene is read",
     "verify out --sun-zenith 30": "--sun-zenith says how a scene is read",
-    "verify out --no-disc": "--disc says how a scene is read",
     THEIRS: "name the waveband of the photons with --waveband",
     f"{THEIRS} --waveband 9": "waveband 9 is not in this scene",
     f"{THEIRS} --waveband 1 --waveband 2": "give one --waveband",
     f"{THEIRS} --waveband 1 --resample 0.5": "--resample",
-    f"{THEIRS} --waveband 1 --resample 0": "--resample",
     "verify theirs.npy": "--scene AMC_INP",
     # atmosphere and validate
     f"{AIR} --sun-zenith 40": "--out-dir",
@@ -213,19 +181,15 @@ USAGE = {
     f"{AIR} --out-dir new --sun-zenith 0:90:1e-9": "0:90:1e-9",
     f"{AIR} --out-dir new --sun-zenith nan": "nan",
     f"{AIR} --out-dir new --sun-zenith 5,5": "5",
-    f"{AIR} --out-dir new --orders 0": "--orders",
     f"{AIR} --out-dir new --bins 0 4": "--bins",
     f"{AIR} --out-dir new --wavelength -5": "wavelength",
-    f"{AIR} --out-dir new --method paths": "--method",
     f"{AIR} --out-dir new --sun-zenith 0:90:1 --bins 3600 3600 --no-netcdf": "is the most; ask for fewer suns",
     f"{AIR} --out-dir new --{SIZE} 0": SIZE,
     f"{AIR} --out-dir new --no-netcdf --save-irradiance": "--save-irradiance",
-    f"{AIR} --out-dir new --no-netcdf --{SIZE} 8": SIZE,
     f"{AIR} --out-dir new --save-scat-density --orders 1": "source functions need --method sos",
     f"{AIR} --out-dir new --save-light-pollution --orders 1": "light pollution relative radiance",
     f"{AIR} --no-save-tex --sun-zenith all": 'no "scattering texture size for sza"',
     f"{AIR} --no-save-tex --sun-zenith 70:95:5 --method sos": "--sun-zenith 95",
-    f"{AIR} --no-save-tex --sun-zenith 95": "95",
     "validate weatherless --dni 850": "dhi",
 }  # fmt: skip
 """Command line -> words of the message; exit code 2."""
@@ -237,9 +201,6 @@ OTHERS = {
     (3, "export folder.hdr --to npy"): "this folder holds no plan.npz",
     (3, "plot nosuch"): "E100",
     (3, "run --sky overcast --wavelengths 443 gray"): "gray: error[E100]",
-    (3, "plot nosuch --quantity dop"): "E100",
-    (3, "plot nosuch --time 3"): "E100",
-    (4, f"run scene --out new --format none --iterations {2**63 - 1}"): f"from 1 to 2^62, got {2**63 - 1}",
     (4, f"run scene --out new --format none --iterations {2**62 + 1}"): f"from 1 to 2^62, got {2**62 + 1}",
     (4, "run scene --out new --iterations 10 --replicates 11"): "too few for 11 replicates",
     (4, f"run perez --out new {EPW} --row 1"): "the nearest row with light is 5",
@@ -260,7 +221,7 @@ NEEDED |= {"--save-scat": "h5netcdf", "--save-light": "h5netcdf"}
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A scene, a run of it, photons of another code, and all that lies in inputs/."""
+    """A scene, a run of it, photons of another code, files of other kinds, and all that lies in inputs/."""
     made = tmp_path_factory.mktemp("usage")
     shutil.copytree(INPUTS, made / "inputs")
     shutil.copytree(INPUTS / "document_example", made / "scene")
@@ -269,6 +230,15 @@ def folder(tmp_path_factory):
     (made / "folder.hdr").mkdir()
     np.save(made / "theirs.npy", np.tile(np.float32([0.6, 0.0, -0.8]), (100, 1)))
     assert command("run", made / "scene", "--iterations", 100, "-q", "--out", made / "out") == 0
+    few = made / "few"  # of which some have names that are near a wrong one
+    for name, source in (("scene", made / "scene"), ("out", made / "out"), ("misspelt", INPUTS / "perez_sky")):
+        shutil.copytree(source, few / name)
+    (few / "misspelt" / "sky.toml").write_text("[perez]\ndni = 850.0\ndiffuse = 95.0\n")
+    shutil.copy(INPUTS / "atmosphere" / "molecules_only.atmo", few / "air.atmo")
+    (few / "my_sky.py").write_text("import aomc_sky\n")
+    scan = "AERONET Version 3\nAlmucantar,Level 1.5\nDate,Wavelength,-6,-5\n01:01:2020,0.44,1,2\n"
+    (few / "scan.alm").write_text(scan)
+    (few / "scan.dat").write_text("10 20 0.3\n10 30 0.4\n")
     return made
 
 
@@ -286,3 +256,85 @@ def test_what_does_not_go(code, line, words, folder, monkeypatch, told):
     assert said.out == ""
     assert code == 3 or len(re.findall(r"^aomc-sky( \w+)?: error: ", said.err, re.MULTILINE)) == 1
     assert sorted(folder.rglob("*")) == before
+
+
+PAGES = (REPOSITORY / "docs" / "errors.md", Path(__file__).with_name("mistakes.md"))
+ROWS = [row for page in PAGES for row in re.findall(r"(?m)^\| `aomc-sky ?(.*?)` \| `(.*)` \|$", page.read_text())]
+
+
+def test_first_lines_are_those_of_the_pages(folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder / "few")
+    assert len(ROWS) == 44
+    for words, line in ROWS:
+        status = command(*shlex.split(words))
+        said = capsys.readouterr()
+        assert (status in (2, 3), said.out) == (True, ""), words
+        shown = said.err.splitlines()
+        assert shown[0] == line.replace("\\|", "|"), words
+        assert len(shown) <= 3
+
+
+@pytest.mark.parametrize("words", [[], ["fly"], ["validate"], ["run", "a", "b"]])
+def test_the_second_line_names_the_help(words, told):
+    first, second = told(*words, code=2).err.splitlines()
+    assert first.startswith("aomc-sky: error: ")
+    assert re.fullmatch(r"      = help: aomc-sky (\w+ )?--help", second)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_without_a_word_says_what_it_needs(name, told):
+    assert 1 <= len(told(name, code=2).err.splitlines()) <= 2
+
+
+def test_json_stands_behind_the_command(told):
+    (problem,) = json.loads(told("--json", "info", "x", code=2).out)["error"]["problems"]
+    assert "--json stands before the command; write aomc-sky COMMAND ... --json" in problem["message"]
+
+
+def test_errors_of_every_kind_are_one_object(folder, tmp_path, monkeypatch, capsys):
+    jsonschema = pytest.importorskip("jsonschema")
+    schema = json.loads((files("aomc_sky") / "cli" / "error.schema.json").read_text())
+    validator = jsonschema.Draft7Validator(schema)  # what is used of 2020-12 is the same there
+    monkeypatch.chdir(folder / "few")
+    broken = tmp_path / "skydist.inp"
+    broken.write_text((folder / "scene" / "skydist.inp").read_text().replace("20.0", "nan"))
+    expected = {
+        "run scene --ordre patch": (2, "usage", None),
+        "run scene --replicates 2 --format npy --format none": (2, "usage", None),
+        "run misspelt": (3, "E702", 3),
+        "run out": (3, "E100", None),
+        "run scene --iterations 9e18": (4, "scene", None),
+        "run scene --seed 2 --out out": (5, "foreign-output", None),
+        "run scene --out /dev/null/x": (6, "output", None),
+        f"plot {broken} --out {tmp_path}/x.png": (3, "E302", 5),
+        "info none.h5 --time 0": (3, "E500", None),
+    }
+    for line, (status, code, at) in expected.items():
+        needed = {"plot": "matplotlib", "info": "h5py"}.get(line.split()[0])
+        if needed and find_spec(needed) is None:
+            status, code, at = 2, "missing-extra", None
+        assert command(*line.split(), "--json") == status, line
+        said = capsys.readouterr()
+        assert said.err == "", line
+        answer = json.loads(said.out)
+        assert list(validator.iter_errors(answer)) == []
+        problem = answer["error"]["problems"][0]
+        assert (answer["error"]["exit_status"], problem["code"], problem["line"]) == (status, code, at), line
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_is_short_and_says_where_the_rest_is(name, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    shown = {}
+    for flag in ("--help", "--help-all"):
+        assert command(name, flag) == 0 or flag == "--help-all"
+        shown[flag] = capsys.readouterr().out
+    short = shown["--help"]
+    assert sum(1 + max(len(line) - 1, 0) // 80 for line in short.splitlines()) <= 60
+    assert short.startswith(f"usage: aomc-sky {name} ")
+    if "--help-all" in short:
+        n_hidden = int(re.search(r"(\d+) more options with --help-all", short)[1])
+        listed = {key: set(re.findall(r"(?m)^  (?:-\w, )?(--[a-z0-9-]+)", text)) for key, text in shown.items()}
+        assert listed["--help"] < listed["--help-all"]
+        assert len(listed["--help-all"] - listed["--help"]) == n_hidden
+    assert commands.__doc__.count(f"aomc-sky {name}`") == 1

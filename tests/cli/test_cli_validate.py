@@ -39,13 +39,12 @@ def id_of_file(kind, path):
 
 
 ZERO = sky(rows=[f"{row.rpartition(' ')[0]} 0.0" for row in ROWS])
-DARK = sky(rows=[*ROWS[:3], "2 1 0 0.0", "2 1 1 0.0", "2 2 1 0.0"])
 BACKGROUND = '[[background]]\nfile = "no.h5"\ntime = 2026-06-21T23:30:00Z\n'
+UNIFORM = '[sky]\nmodel = "uniform"\n'
 NO_WEATHER = {"sky.toml": None, "difcol.inp": None}
 BROKEN = {
     # name: (scene, files replaced; None: removed; options, exit code)
     "a-sky-of-zeros": ("document_example", {"skydist.inp": ZERO}, [], 4),
-    "one-dark-waveband": ("document_example", {"skydist.inp": DARK}, [], 4),
     "too-many-photons": ("document_example", {"amc.inp": amc_line(1, "9999999999999999999999", column=40)}, [], 3),
     "degrees-below-the-horizon": ("document_example", {"skydist.inp": sky("1 2 1 20.0")}, ["--bins", "degrees"], 0),
     "weighting-without-degrees": ("document_example", {}, ["--weighting", "aomc"], 2),
@@ -63,6 +62,7 @@ BROKEN = {
     "unknown-table": ("document_example", {"sky.toml": '[sky]\nmodel = "nonesuch"\n'}, [], 3),
     "background-that-is-missing": ("document_example", {"sky.toml": BACKGROUND}, [], 3),
     "nothing-wrong": ("document_example", {}, [], 0),
+    "a-sky-by-name-in-place-of-skydist": ("document_example", {"skydist.inp": None, "sky.toml": UNIFORM}, [], 0),
 }
 
 
@@ -112,15 +112,6 @@ def test_scenes_with_one_bad_file(kind, path, tmp_path, capsys):
     assert not (tmp_path / "o").exists()
 
 
-def test_warnings_of_a_scene_are_errors_under_strict(tmp_path, told):
-    """Wavebands far from the sky's wavelengths: no file alone shows it."""
-    folder = copy_scene("document_example", tmp_path).parent
-    (folder / "skydist.inp").write_text(sky(waves="350.0 360.0"))
-    assert "warning[E310]" in told("validate", folder).err
-    assert main(["run", str(folder), "--strict", "--dry-run"]) == 3
-    assert main(["validate", str(folder), "--strict"]) == 3
-
-
 def test_the_light_of_an_atmosphere_is_not_solved(monkeypatch):
     def solve(*_, **__):
         raise AssertionError("solved")
@@ -137,15 +128,6 @@ def validated(path, capsys):
     code = main(["validate", str(path), "--json"])
     files = json.loads(capsys.readouterr().out)["files"]
     return code, {Path(file["path"]).name: file["problems"] for file in files}
-
-
-def test_a_sky_that_sky_toml_names_needs_no_skydist(tmp_path, capsys):
-    folder = copy_scene("document_example", tmp_path).parent
-    (folder / "skydist.inp").unlink()
-    (folder / "sky.toml").write_text('[sky]\nmodel = "uniform"\n')
-    code, problems = validated(folder, capsys)
-    assert (code, set(problems)) == (0, {"amc.inp", "lambbot.inp", "sky.toml"})
-    assert main(["run", str(folder), "--dry-run"]) == 0
 
 
 def test_every_file_of_a_folder_is_read_by_the_reader_of_its_name(capsys):

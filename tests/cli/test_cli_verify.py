@@ -80,6 +80,9 @@ def test_the_table(finished, told):
 def test_photons_that_are_not_stored_are_not_made(tmp_path, capsys):
     """They would take 819 GiB."""
     run(tmp_path / "out", "--format", "none", iterations=10**18)
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"plan.npz", "counts.csv", "manifest.json"}
+    manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
+    assert (manifest["total"], manifest["bands"][2]["mean_cosine_photons"]) == (3 * 10**18, None)
     done = Verified(capsys, tmp_path / "out", "--statistics")
     assert done.code == 0, done.failed
     assert done.named("counts")

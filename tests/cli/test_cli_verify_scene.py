@@ -91,10 +91,6 @@ def test_a_defect_fails(verify, photons):
     assert not any("--method stratified" in note for note in report["notes"])  # too uneven is not too even
 
 
-def test_another_waveband_fails(verify, photons):
-    assert verify(photons, "--waveband", 3)[0] == 1
-
-
 def test_stratified_photons(verify, scene):
     even = directions_of(scene.source(9))
     code, failed, report = verify(even, *FIRST)
@@ -248,34 +244,23 @@ def test_merged_files_of_ours(verify, methods, words, scene, tmp_path):
     assert words in report["notes"][0]
 
 
-def test_drawn_numbers_with_even_places_and_a_part_of_a_file(verify, scene, tmp_path):
+def test_drawn_numbers_weights_and_a_part_of_a_file(verify, scene, tmp_path):
     """What is neither iid nor stratified, and a part of a stratified file: only too uneven ones fail."""
-    code, failed, report = verify(scene.source(1, allocation="multinomial"), "--iterations", 7)
-    assert (code, failed) == (0, set())
-    assert "its plan is not the plan of this scene: photons may be spread evenly" in report["notes"][0]
+    weighted = sky.read_scene(SCENE, iterations=N, weighting="solid-angle").source(4, weights=True)
+    for source, words, judged in (
+        (scene.source(1, allocation="multinomial"), (), "may be spread evenly"),
+        (weighted, ("--weighting", "solid-angle"), "are tested as stratified ones"),
+    ):
+        code, failed, report = verify(source, "--iterations", 7, *words)
+        assert (code, failed) == (0, set())
+        assert f"its plan is not the plan of this scene: photons {judged}" in report["notes"][0]
+    assert any("weights" in check["name"] for check in report["checks"])
     sky.write_mcpl(scene.source(1), tmp_path / "whole.mcpl")
     oracle().tool("--extract", "-l50000", tmp_path / "whole.mcpl", tmp_path / "part.mcpl")
     assert verify(tmp_path / "part.mcpl", "--method", "iid")[0] == 1  # five sixths of them are still too even
     code, failed, report = verify(tmp_path / "part.mcpl")
     assert (code, failed) == (0, set())
     assert "but not which part of them is in the file: photons may be spread evenly or not" in "".join(report["notes"])
-
-
-def test_our_weights_are_not_too_even(verify):
-    source = sky.read_scene(SCENE, iterations=N, weighting="solid-angle").source(4, weights=True)
-    code, failed, report = verify(source, "--weighting", "solid-angle", "--iterations", 7)
-    assert (code, failed) == (0, set())
-    assert any("weights" in check["name"] for check in report["checks"])
-
-
-def test_copies_of_photons_are_found(verify, photons):
-    spoilt = photons.copy()
-    spoilt[1000:1300] = photons[:300]
-    code, failed, report = verify(spoilt, *FIRST)
-    assert (code, failed) == (1, {"photons that repeat another"})
-    (check,) = (check for check in report["checks"] if not check["passed"])
-    assert check["found"] == pytest.approx(300 / len(photons))
-    assert check["detail"].startswith("300 pairs are equal")
 
 
 def test_the_programs_lattice(verify):

@@ -25,16 +25,6 @@ def parsed(command, words):
     return getattr(arguments, "wavelengths", None) or getattr(arguments, "wavelength", None)
 
 
-def test_all_entrances_are_here():
-    """`--wavelength` of run and verify is the beginning of its one long name; that of perez is a single number."""
-    assert set(lists()) == {
-        ("run", "--wavelengths"),
-        ("verify", "--wavelengths"),
-        ("perez", "--wavelengths"),
-        *((command, flag) for command in ("info", "plot", "atmosphere") for flag in ("--wavelength", "--wavelengths")),
-    }
-
-
 @pytest.mark.parametrize(("command", "flag"), [*lists(), ("run", "--wavelength"), ("verify", "--wavelength")])
 @pytest.mark.parametrize(
     "form", ["443.5 555", "'443.5 555'", "443.5,555", "443.5, 555", "443.5 ,555", "443.5,555,", "4.435e2 555"]
@@ -78,7 +68,6 @@ def test_a_number_is_a_wavelength_whatever_lies_in_the_folder(tmp_path, monkeypa
         ("blue", "got 'blue'"), ("", "expected"),
     ],
 )  # fmt: skip
-@pytest.mark.parametrize("command", ["run", "atmosphere"])
-def test_what_is_no_list_of_wavelengths(command, form, text):
+def test_what_is_no_list_of_wavelengths(form, text):
     with pytest.raises(WrongWordsError, match=text):
-        parsed(command, f"{shlex.join(NEEDED[command])} --wavelengths {form}")
+        parsed("run", f"--wavelengths {form}")

@@ -1,9 +1,13 @@
-"""The pages say what is true: commands, links, options, names."""
+"""The pages say what is true: commands, links, options, names; public names are known to the type checker."""
 
+import ast
 import re
+import tomllib
+from importlib.metadata import version
 
 import pytest
 
+import aomc_sky
 from tests.support.shared import REPOSITORY
 
 README = (REPOSITORY / "README.md").read_text()
@@ -63,3 +67,31 @@ def test_decisions_keep_their_numbers():
     numbers = [int(n) for n in [*records[::2], *(n for pair in lines for n in pair if n)]]
     assert sorted(numbers) == list(range(1, max(numbers) + 1))
     assert all("**Decision.**" in record and "**Why.**" in record for record in records[1::2])
+
+
+def test_names_that_the_package_loads_are_those_of_the_stub():
+    stub = ast.parse((REPOSITORY / "src/aomc_sky/__init__.pyi").read_text())
+    imports = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
+    names = {alias.asname or alias.name: node.module for node in imports for alias in node.names}
+    homes = {name: f"aomc_sky.{module}" for name, module in aomc_sky._PUBLIC.items()}
+    homes |= {name: f"aomc_sky.{module}".rpartition(".")[0] for name, module in aomc_sky._PUBLIC_MODULES.items()}
+    assert names == homes
+    with pytest.raises(AttributeError, match="no attribute 'no_such_name'"):
+        aomc_sky.no_such_name  # noqa: B018
+
+
+def test_version_stands_in_one_place():
+    assert version("aomc-sky") == aomc_sky.__version__
+    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
+    assert "version" not in project
+    assert "version" in project["dynamic"]
+    cited = re.search(r"^version: (\S+)$", (REPOSITORY / "CITATION.cff").read_text(), re.MULTILINE)
+    assert cited[1] == aomc_sky.__version__
+    assert f"## {aomc_sky.__version__}" in (REPOSITORY / "CHANGELOG.md").read_text()
+
+
+def test_streams_of_the_version_stand_in_the_changelog():
+    from aomc_sky.plan.streams import STREAM_VERSION
+
+    streams = (REPOSITORY / "CHANGELOG.md").read_text().split("### Streams", 1)[1]
+    assert f"`{STREAM_VERSION}`" in streams

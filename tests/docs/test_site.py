@@ -21,13 +21,10 @@ topics = script(DOCS / "extensions" / "topics.py")
 PAGES = [p for p in sorted([*REPOSITORY.glob("*.md"), *DOCS.rglob("*.md")]) if "_build" not in p.parts]
 
 
-def test_every_public_name_stands_in_exactly_one_topic():
+def test_every_public_name_stands_in_one_topic_and_every_topic_in_the_overview():
     in_topics = Counter(name.removeprefix("aomc_sky.") for topic in TOPICS for name in topics.names_of(topic))
     assert {name: in_topics[name] for name in public_names()} == dict.fromkeys(public_names(), 1)
     assert max(in_topics.values()) == 1
-
-
-def test_overview_shows_the_names_of_every_topic():
     overview = (DOCS / "api.md").read_text()
     assert sorted(re.findall(r"^api/(\w+)$", overview, re.MULTILINE)) == TOPICS
     assert sorted(re.findall(r"^```\{names\} (\w+)$", overview, re.MULTILINE)) == TOPICS
@@ -80,11 +77,8 @@ def site(tmp_path):
     return tmp_path
 
 
-def test_good_site_passes(site):
+def test_a_good_site_passes(site):
     assert check_site.complaints(site) == []
-
-
-def test_pictures_with_twins_pass(site):
     light, dark = (f'<img class="only-{mode}" alt="figure" src="data:,">' for mode in ("light", "dark"))
     (site / "a.html").write_text(light + dark)
     assert check_site.complaints(site) == []
@@ -106,35 +100,3 @@ def test_pictures_with_twins_pass(site):
 def test_what_is_wrong_with_a_site_is_said(site, name, text, complaint):
     (site / name).write_text(text)
     assert complaint in check_site.complaints(site)
-
-
-def test_a_figure_is_dark_while_it_is_saved_and_as_before_after_it():
-    pytest.importorskip("sphinx")
-    pytest.importorskip("matplotlib")
-    from matplotlib.figure import Figure
-
-    dark = script(DOCS / "extensions" / "dark_pictures.py")
-    figure = Figure()
-    axes = figure.add_subplot(title="title")
-    (black,) = axes.plot([1, 2], color="black")
-    (blue,) = axes.plot([2, 1], color="tab:blue")
-    axes.legend(["black", "blue"])
-    figure.draw_without_rendering()
-
-    def colours():
-        ticks = axes.xaxis.get_major_ticks()[0]
-        return [
-            *(line.get_color() for line in (black, blue)),
-            *(text.get_color() for text in (axes.title, ticks.label1, axes.get_legend().get_texts()[0])),
-            ticks.tick1line.get_markeredgecolor(), figure.get_facecolor(), axes.patch.get_facecolor(),
-            axes.spines["left"].get_edgecolor(), axes.get_legend().get_frame().get_edgecolor(),
-        ]  # fmt: skip
-
-    before = colours()
-    with dark.darkened(figure):
-        during = colours()
-        assert during[0] == dark.INK
-        assert during[1] == before[1] == "tab:blue"  # data keep their colours
-        assert during[2:6] == [dark.INK] * 4
-        assert during[6:8] == [pytest.approx((20 / 255, 24 / 255, 30 / 255, 1.0))] * 2
-    assert colours() == before

@@ -1,5 +1,6 @@
 """Row 55: Ctrl-C at any moment of the first call that imports numba leaves a process that works."""
 
+import itertools
 import os
 import signal
 import subprocess
@@ -44,33 +45,27 @@ print(call())
 """
 MOMENTS = [0.01, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6]
 """Of the call that imports numba. [s]"""
-NAMES = ("photons", "numba_sampler", "multinomial")
-SHORT = (("photons", 0.3), ("numba_sampler", 0.2), ("multinomial", 0.25))
+
+
+DEFAULT = {("photons", 0.3), ("numba_sampler", 0.2), ("multinomial", 0.25)}
 """Cases of the default suite: in the middle of the import."""
-CASES = [
-    pytest.param(
-        moment, name, id=f"row-55-{name}-after-{moment}", marks=[] if (name, moment) in SHORT else [pytest.mark.slow]
-    )
-    for moment in MOMENTS
-    for name in NAMES
-]
 
 
-@pytest.mark.parametrize(("moment", "name"), CASES)
+@pytest.mark.parametrize(
+    ("name", "moment"),
+    [
+        pytest.param(*case, id=f"row-55-{case[0]}-after-{case[1]}", marks=[] if case in DEFAULT else pytest.mark.slow)
+        for case in itertools.product(("photons", "numba_sampler", "multinomial"), MOMENTS)
+    ],
+)
 def test_the_second_call_works(moment, name):
-    """By default each moment meets one of the calls, in turn."""
-    said = one_call(moment, name)
-    if name == "photons":
-        assert float(said) == pytest.approx(-2 / 3, abs=2e-3)
-    elif name == "multinomial":
-        assert said == "100"
-
-
-def one_call(moment, name):
     words = [sys.executable, "-c", FIRST_CALL, str(moment), name]
     done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
+    if name == "photons":
+        assert float(done.stdout) == pytest.approx(-2 / 3, abs=2e-3)
+    elif name == "multinomial":
+        assert done.stdout.strip() == "100"
 
 
 @pytest.fixture

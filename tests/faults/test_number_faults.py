@@ -71,14 +71,6 @@ def test_fewer_photons_than_patches(n, tmp_path, capsys):
     assert first == second
 
 
-@pytest.mark.parametrize("n", [1, 10, 23], ids=[row_id(24, f"{n}-of-24-ties-to-the-first") for n in (1, 10, 23)])
-def test_ties_go_to_the_first_patches(n, tmp_path, capsys):
-    options = ["--iterations", n, "--allocation", "largest-remainder", "-q"]
-    answer = run_scene(tmp_path, even_sky(4, 6), options, capsys)
-    assert (answer.code, answer.err) == (0, "")
-    assert list(photons_of_band(answer.folder, 1).values()) == [1] * n + [0] * (24 - n)
-
-
 LARGE = {"2-to-the-31": 2**31, "1e12": 10**12, "9e15": 9 * 10**15, "2-to-the-62": 2**62}
 
 

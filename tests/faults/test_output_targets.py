@@ -58,28 +58,6 @@ def test_files_of_others_under_our_names_stay(fault, scene, tmp_path, capsys):
     assert command("run", scene.parent / scene.name, "--iterations", 100, "-q", "--out", scene.parent) == 2
 
 
-@row(48, "names-that-only-look-like-ours")
-def test_force_removes_what_a_run_made_and_nothing_else(fault, scene, tmp_path):
-    out = tmp_path / "out"
-    out.mkdir()
-    mine = {
-        "photons-of-my-cat.jpg",
-        "counts.xlsx",
-        "blocks-of-flats.npy",
-        "weights-.npy",
-        "manifest.txt",
-        ".aomc-sky-mine",
-    }
-    words = ["run", scene, "--iterations", 100, "-q", "--out", out]
-    assert command(*words) == 0
-    for name in mine:
-        (out / name).write_text(name)
-    assert command(*words, "--seed", 1) == 5
-    assert command(*words, "--seed", 1, "--force") == 0
-    assert {name: (out / name).read_text() for name in mine} == {name: name for name in mine}
-    assert command("verify", out, "-q") == 0
-
-
 @row(48, "plan-lost")
 def test_a_folder_without_its_plan_is_nobodys(fault, scene, tmp_path, told):
     out = tmp_path / "out"

@@ -1,26 +1,29 @@
 """Row 41 of the matrix, at random: killed at thirty moments, each time nothing half, and resumed to the same bytes."""
 
+import contextlib
 import os
 import random
 import shutil
 import signal
+import subprocess
 import time
 
 import pytest
 
 from aomc_sky.cli.main import main
 from tests.support.fault_rows import row
-from tests.support.forked_commands import ForkedCommand
 from tests.support.processes import start, wait_for
 from tests.support.scenes import copy_scene, run_bytes
 
 pytestmark = pytest.mark.slow
 
-KILLS = 30
-"""Of a run; shards, which are made of the same steps, are killed half as often."""
-
-ITERATIONS = "4e5"
 ENDS = (".npy", ".mcpl", ".csv", ".npz")
+WAYS = {
+    # name: (options, how often it is killed)
+    "random-kills": (["--format", "npy", "--format", "mcpl"], 30),
+    "random-kills-of-the-last-shard": (["--shard", "2/3"], 15),
+    "random-kills-of-a-cluster": (["--engine", "dask"], 4),
+}
 
 
 @pytest.fixture(scope="module")
@@ -28,36 +31,25 @@ def amc(tmp_path_factory):
     return copy_scene("document_example", tmp_path_factory.mktemp("scene"))
 
 
-def run_words(amc, out):
-    return ["run", str(amc), "--iterations", ITERATIONS, "--threads", "2", "-q", "--out", str(out)]
+def words(amc, out, *more):
+    return ["run", str(amc), "--iterations", "4e5", "--threads", "2", "-q", "--out", str(out), *more]
 
 
-def killed(words, out, n_kills, seed):
-    """Start the command and kill it at a random moment after its folder appears, until that came in time so often."""
-    rng, lasts, n = random.Random(seed), time_of(words, out), 0
-    while n < n_kills:
-        process = ForkedCommand(*words)
-        wait_for(out, "*", process)
-        time.sleep(rng.uniform(0.0, lasts))
-        process.kill()
-        if process.wait(120) == -signal.SIGKILL:
-            n += 1
-        else:
-            assert process.returncode == 0
-            lasts *= 0.9  # the machine was slower when it was measured
-        yield
-        shutil.rmtree(out)
+def killed_after(seconds, command, out):
+    """Start the command and kill it, with all that it started, so long after its folder appears.
 
-
-def time_of(words, out):
-    """How long the command goes on after its folder appears; the folder is removed. [s]"""
-    process = ForkedCommand(*words)
+    How long it went on, and whether the kill came in time.
+    """
+    process = start(*command, start_new_session=True)
     wait_for(out, "*", process)
     began = time.monotonic()
-    assert process.wait(120) == 0
-    lasts = time.monotonic() - began
-    shutil.rmtree(out)
-    return lasts
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.wait(seconds)
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.communicate(timeout=120)
+    assert process.returncode in (0, -signal.SIGKILL)
+    return time.monotonic() - began, process.returncode != 0
 
 
 def check_whole(folder, whole):
@@ -67,53 +59,26 @@ def check_whole(folder, whole):
             assert path.read_bytes() == whole[path.name], path.name
 
 
-@row(41, "random-kills")
-def test_a_run(fault, amc, tmp_path):
-    chosen = ["--format", "npy", "--format", "mcpl"]
-    assert main([*run_words(amc, tmp_path / "whole"), *chosen]) == 0
-    whole = run_bytes(tmp_path / "whole")
-    out = tmp_path / "out"
-    words = [*run_words(amc, out), *chosen]
-    for _ in killed(words, out, KILLS, seed=41):
-        check_whole(out, whole)
-        assert main(words) == 0
-        assert run_bytes(out) == whole
-
-
-def test_a_shard(amc, tmp_path):
-    """The last one of three, which ends the run."""
-    assert main(run_words(amc, tmp_path / "whole")) == 0
-    whole, out = run_bytes(tmp_path / "whole"), tmp_path / "out"
-    words = [*run_words(amc, out), "--shard", "2/3"]
-    for k in (1, 3):
-        assert main([*run_words(amc, tmp_path / "others"), "--shard", f"{k}/3"]) == 0
-    rng = random.Random(42)
-    for _ in range(KILLS // 2):
-        shutil.copytree(tmp_path / "others", out)
-        process = ForkedCommand(*words)
-        time.sleep(rng.uniform(0.0, 1.0))
-        process.kill()
-        process.wait(120)
-        check_whole(out, whole)
-        assert main(words) == 0
+@row(41, *WAYS)
+def test_killed_at_random(fault, amc, tmp_path):
+    """A cluster is killed with its scheduler and its workers; then another one goes on, every other time threads."""
+    more, n_kills = WAYS[fault]
+    if "dask" in more:
+        pytest.importorskip("distributed")
+    out, others, n_killed = tmp_path / "out", tmp_path / "others", 0
+    assert main(words(amc, tmp_path / "whole", *more[: 4 * ("npy" in more)])) == 0
+    whole, rng = run_bytes(tmp_path / "whole"), random.Random(41)
+    for k in (1, 3) if "--shard" in more else ():
+        assert main(words(amc, others, "--shard", f"{k}/3")) == 0
+    for turn in range(-1, n_kills):
+        if others.exists():
+            shutil.copytree(others, out)
+        if turn < 0:
+            lasts, _ = killed_after(120, words(amc, out, *more), out)
+        else:
+            n_killed += killed_after(rng.uniform(0.0, lasts), words(amc, out, *more), out)[1]
+            check_whole(out, whole)
+        assert main(words(amc, out, *([] if "dask" in more and turn % 2 else more))) == 0
         assert run_bytes(out) == whole
         shutil.rmtree(out)
-
-
-@row(41, "random-kills-of-a-cluster")
-def test_a_run_of_a_cluster(fault, amc, tmp_path):
-    """Client, scheduler and workers are killed at once; then another cluster goes on, every other time threads."""
-    pytest.importorskip("distributed")
-    assert main(run_words(amc, tmp_path / "whole")) == 0
-    whole, out, rng = run_bytes(tmp_path / "whole"), tmp_path / "out", random.Random(44)
-    words, more = run_words(amc, out), ["--engine", "dask"]
-    for turn in range(KILLS // 7):
-        process = start(*words, *more, start_new_session=True)
-        wait_for(out, "photons-*", process)
-        time.sleep(rng.uniform(0.0, 4.0))  # a cluster starts in two or three seconds, and makes these photons in one
-        os.killpg(process.pid, signal.SIGKILL)
-        process.communicate(timeout=120)
-        check_whole(out, whole)
-        assert main([*words, *more[: 2 * (turn % 2)]]) == 0
-        assert run_bytes(out) == whole
-        shutil.rmtree(out)
+    assert n_killed > n_kills // 3

@@ -1,9 +1,8 @@
 """Rows 1 to 21 of the matrix: indices, values, headers, rows, bins and wavelengths of skydist.inp that cannot be."""
 
-import numpy as np
 import pytest
 
-from tests.support.fault_rows import ROWS, check_places, launched, photons_of_band, row, row_id, run_scene, sky
+from tests.support.fault_rows import ROWS, check_places, command, photons_of_band, row, row_id, run_scene, sky
 
 FIRST, SECOND = {(1, 0): 1050, (1, 1): 1200, (2, 1): 2000}, {(1, 0): 1056, (1, 1): 1224, (2, 1): 1970}
 """Photons of the two skies of the scene, of 4250."""
@@ -38,50 +37,6 @@ def test_a_dark_band(fault, tmp_path, capsys):
     assert answer.err.startswith("aomc-sky: error: waveband 3 at 640 nm has no light")
 
 
-@row(8, "compat-warns-and-launches-none")
-def test_a_dark_band_of_the_program(fault, tmp_path, capsys):
-    options = ["--compat", "aomc", "--iterations", 1000, "-q"]
-    answer = run_scene(tmp_path, {"skydist.inp": DARK}, options, capsys)
-    assert answer.code == 0
-    assert answer.err.startswith("aomc-sky: warning: all weights are zero")
-    assert launched(answer.folder) == {1: 1000, 2: 1000}
-    assert np.load(answer.folder / "photons-0003.npy").shape == (0, 3)
-
-
-DIFFERENT = sky(rows=[ROWS[0], "1 1 0 12.0", *ROWS[2:]])
-LENIENT = {
-    # name: (row, skydist.inp, place of the warning, a waveband and its photons)
-    "lenient-warns": (10, sky(head="5 2 2 2"), "1:1 E303", 3, {(1, 0): 2624, (1, 1): 3040}),
-    "lenient-last-one-wins": (14, DIFFERENT, "4:1 E309", 1, {(1, 0): 2124, (2, 1): 3540}),
-}
-
-
-@pytest.mark.parametrize("name", LENIENT, ids=[row_id(case[0], name) for name, case in LENIENT.items()])
-def test_lenient(name, tmp_path, capsys):
-    """What the program takes in silence is taken with a warning: five rows of six, the second of two values."""
-    _, text, place, band, photons = LENIENT[name]
-    answer = run_scene(tmp_path, {"skydist.inp": text}, ["--lenient", "--iterations", 5664, "-q"], capsys)
-    assert answer.code == 0
-    check_places([f"skydist.inp:{place}"], answer.err, "warning")
-    assert photons_of_band(answer.folder, band) == photons
-
-
-TAKEN = {
-    # name: (row, skydist.inp)
-    "equal-values-count-once": (14, sky(rows=[*ROWS, ROWS[2]])),
-    "next-line-holds-the-rest": (15, sky("1 2", "1 20.0", head="6 2 2 2")),
-    "repeat-count": (17, sky(rows=["2*1 0 10.5", *ROWS[1:]])),
-    "slash-behind-the-values": (17, sky("1 2 1 20.0 / north")),
-}
-
-
-@pytest.mark.parametrize("name", TAKEN, ids=[row_id(number, name) for name, (number, _) in TAKEN.items()])
-def test_what_fortran_reads_is_read(name, tmp_path, capsys):
-    answer = run_scene(tmp_path, {"skydist.inp": TAKEN[name][1]}, ["--iterations", 4250, "-q"], capsys)
-    assert (answer.code, answer.err) == (0, "")
-    assert photons_of_band(answer.folder, 1) == FIRST
-
-
 @row(20, "unsorted-takes-the-nearest")
 def test_wavelengths_in_disorder(fault, tmp_path, capsys):
     """555 and 580 nm are nearest to 550 nm, which is the second sky of the file here, 640 nm to the first."""
@@ -106,5 +61,6 @@ def test_a_band_far_outside(strict, tmp_path, capsys):
     assert "waveband 1 at 555 nm takes 1550 nm, 995 nm away\n" in answer.err
     assert answer.code == (3 if strict else 0)
     assert ("--strict turns warnings into errors" in answer.err) == strict == (not answer.folder.exists())
+    assert command("validate", answer.folder.parent, *options[3:]) == answer.code
     if not strict:
         assert photons_of_band(answer.folder, 3) == FIRST

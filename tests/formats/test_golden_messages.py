@@ -81,10 +81,12 @@ def test_every_message_says_what_to_write(kind):
         assert all(line.split("^")[-1].strip() for line in carets), path.name
 
 
-def test_every_expected_message_has_its_file():
+def test_every_expected_message_has_its_file_and_the_page_names_it():
     messages = DATA.glob("*/bad/*.expected")
     assert [path for path in messages if not any(path.with_suffix(e).exists() for e in ENDINGS)] == []
     assert all(sum(of == kind for of, _ in BAD) >= least for kind, least in LEAST.items())
+    assert set(shown_messages()) == {path.name for path in SHOWN}
+    assert len(SHOWN) >= 10
 
 
 def shown_messages():
@@ -92,11 +94,6 @@ def shown_messages():
     text = (INPUTS / "bad" / "README.md").read_text()
     sections = re.findall(r"^## (\S+)\n.*?^```\n(.*?)^```$", text, re.M | re.S)
     return {name: [line.rstrip() for line in message.strip().splitlines()] for name, message in sections}
-
-
-def test_the_page_of_bad_inputs_names_every_file():
-    assert set(shown_messages()) == {path.name for path in SHOWN}
-    assert len(SHOWN) >= 10
 
 
 @pytest.mark.parametrize("path", SHOWN, ids=lambda path: path.name)
@@ -122,15 +119,12 @@ RUN_CODES = {*(f"E95{k}" for k in range(1, 6)), *(f"E96{k}" for k in range(1, 3)
 RAISED_ELSEWHERE = {"E307", "E310", "E708", "E710"} | RUN_CODES
 
 
-def test_every_code_is_documented_and_every_documented_code_is_used():
+def test_every_code_is_documented_used_and_shown_by_a_bad_file():
     paths = [path for room in ROOMS for path in room.rglob("*.py")]
     used = {code for path in paths for code in re.findall(r'"(E\d{3})"', path.read_text())}
     rows = re.findall(r"^\| (E\d{3}) \|", (REPOSITORY / "docs/errors.md").read_text(), re.MULTILINE)
     assert len(rows) == len(set(rows))
     assert set(rows) - RAISED_ELSEWHERE == used
-
-
-def test_a_documented_code_has_an_example_among_the_bad_files():
     rows = set(re.findall(r"^\| (E\d{3}) \|", (REPOSITORY / "docs/errors.md").read_text(), re.MULTILINE))
     shown = {code for path in DATA.glob("*/bad/*.expected") for code in re.findall(r"\[(E\d{3})\]", path.read_text())}
     field_codes = {"E551", "E552", "E553", "E710"}  # tests/faults/test_field_faults.py

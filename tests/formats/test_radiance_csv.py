@@ -81,13 +81,10 @@ def test_azimuths_that_a_name_or_a_comment_explains(tmp_path, head, clockwise):
     assert not any("azimuths count" in remark for remark in points["remarks"])
 
 
-def test_a_semicolon_before_an_empty_column_is_no_comment(tmp_path):
+def test_semicolons_before_empty_columns_and_signs_of_other_encodings(tmp_path):
     rows = [("", *row) for row in ROWS]
     path = write(tmp_path / "sky.csv", ["; a comment", ";zenith;azimuth;wavelength;L"], rows, ";")
     np.testing.assert_allclose(read_radiance_points(path)["sky_zenith_deg"], [10, 40, 60, 80])
-
-
-def test_signs_of_other_encodings(tmp_path):
     path = write(tmp_path / "sky.csv", ["zenith (°),azimuth (°),radiance (µW cm-2 nm-1 sr-1)"], POINTS)
     text = path.read_text(encoding="utf-8")
     for encoding in ("utf-8", "utf-8-sig", "latin-1", "cp1252"):

@@ -45,12 +45,9 @@ def test_a_narrow_line_on_a_large_ground():
         assert abs(value - wanted) <= 4.0 * EPS * abs(wanted), (w, value, wanted)
 
 
-def test_points_on_the_edges_count_once():
+def test_points_on_the_edges_count_once_and_a_single_wavelength_takes_the_value():
     table = spectrum([400, 450, 550, 650, 700], [1.0, 1.0, 3.0, 3.0, 7.0])
     assert bin_means(table, np.array([400.0, 500.0, 600.0, 700.0])).tolist() == [1.0, 2.0, 3.0, 5.0]
-
-
-def test_a_single_wavelength_takes_the_value():
     table = spectrum([400, 500, 600], [1.0, 2.0, 4.0])
     for w, wanted in ((400.0, 1.0), (450.0, 1.5), (500.0, 2.0), (600.0, 4.0)):
         assert bin_means(table, np.array([w])).tolist() == [wanted]

@@ -1,4 +1,4 @@
-"""The first words of every stream, for ever, and the first photons of small scenes.
+"""The first words of every stream, for ever, the first photons of small scenes, and counts of small tables.
 
 streams.json has the words of the generators and never changes. photons.json has counts and photons: a change there is a
 change of photons for equal input, which raises the minor version, changes `STREAM_VERSION`, and is announced under
@@ -15,6 +15,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.kernels.cells import order
 from aomc_sky.plan import streams
+from aomc_sky.plan.allocation import allocate
 from tests.support.backend import photons_by
 from tests.support.sampled import table_of
 
@@ -97,6 +98,16 @@ def test_streams_never_change(part, computed):
 @pytest.mark.parametrize("part", ["version", "photons", "narrow"])
 def test_photons_change_with_the_version_of_the_streams_alone(part, computed):
     assert computed[part] == json.loads(PHOTONS.read_text())[part]
+
+
+MASS = [0.0, 1.0, 2.0, 3.0, 5.0, 8.0, 13.0, 21.0, 34.0, 55.0]
+
+COUNTS = json.loads(Path(__file__).with_name("counts.json").read_text())
+
+
+@pytest.mark.parametrize(("method", "seed", "n", "counts"), COUNTS, ids=lambda value: str(value)[:20])
+def test_counts(method, seed, n, counts):
+    assert allocate(MASS, n, method=method, seed=seed).tolist() == counts
 
 
 if __name__ == "__main__":

@@ -27,9 +27,10 @@ def name_of(path):
     return str(path.relative_to(SOURCE))
 
 
-def test_network_is_out_of_reach():
+def test_network_is_out_of_reach_and_the_files_that_come_first_are_there():
     with socket.socket() as one, pytest.raises(RuntimeError, match="reached for the network"):
         one.connect(("192.0.2.1", 9))
+    assert set(FIRST) <= {path.name for path in (REPOSITORY / "tests").rglob("test_*.py")}
 
 
 class Module(NamedTuple):
@@ -79,18 +80,12 @@ def test_modules_are_small_and_documented():
             assert long == [], name_of(path)
 
 
-def test_numba_is_imported_in_the_kernels_alone():
+def test_numba_is_imported_and_compiled_in_the_kernels_alone_and_no_other_package_is_needed():
     users = [path for path in MODULES if "numba" in module(path).imported]
     assert users
     assert [name_of(path) for path in users if not is_kernel(path)] == []
-
-
-def test_kernels_are_compiled_by_one_decorator():
     compilers = {"jit", "njit", "vectorize", "guvectorize", "stencil", "cfunc"}
     assert {path.name for path in MODULES if is_kernel(path) and compilers & module(path).named} == {"jit.py"}
-
-
-def test_package_depends_on_its_core_dependencies_alone():
     third_party = set().union(*(module(path).imported for path in MODULES)) - set(sys.stdlib_module_names)
     assert third_party <= {"aomc_sky", "numpy", "numba", "llvmlite", "scipy", "tqdm"}
 
@@ -114,7 +109,3 @@ def test_tests_lie_in_the_rooms_of_the_package():
     folders = {str(path.parent.relative_to(tests)) for path in tests.rglob("test_*.py")} - {"ground", "house"}
     rooms = {name for name in folders if any((at / name).is_dir() for at in (SOURCE, REPOSITORY))}
     assert [name for name in folders - rooms if name.split("/")[0] not in SHARED_TESTS] == []
-
-
-def test_the_test_files_that_come_first_are_there():
-    assert set(FIRST) <= {path.name for path in (REPOSITORY / "tests").rglob("test_*.py")}

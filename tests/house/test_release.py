@@ -23,12 +23,9 @@ def as_conda(requirements):
     return {f"{CONDA_NAMES.get(part[1], part[1])} {part[2]}" for part in parts if part}
 
 
-def test_recipe_is_of_this_version():
+def test_recipe_is_of_this_version_and_needs_what_the_package_needs():
     assert re.search(r'^  version: "(.+)"$', RECIPE, re.MULTILINE)[1] == aomc_sky.__version__
     assert ">=" + re.search(r'^  python_min: "(.+)"$', RECIPE, re.MULTILINE)[1] == PROJECT["requires-python"]
-
-
-def test_recipe_needs_what_the_package_needs():
     assert listed("run") - {"python >=${{ python_min }}"} == as_conda(PROJECT["dependencies"])
     extras = PROJECT["optional-dependencies"]
     users = ("weather", "plot", "completion", "dask", "hdf5", "mcpl", "netcdf")
@@ -37,12 +34,9 @@ def test_recipe_needs_what_the_package_needs():
     assert "- hatchling >=1.27" in RECIPE
 
 
-def test_every_requirement_has_a_lower_bound():
+def test_every_requirement_has_a_lower_bound_and_no_address_stands_where_none_is_known():
     listed_extras = [one for name, extra in PROJECT["optional-dependencies"].items() if name != "all" for one in extra]
     for requirement in (*PROJECT["dependencies"], *listed_extras):
         assert ">=" in requirement or requirement.startswith("aomc-sky["), requirement
-
-
-def test_no_address_stands_where_none_is_known():
     assert "urls" not in PROJECT
     assert not re.search(r"^(url|repository-code):", (REPOSITORY / "CITATION.cff").read_text(), re.MULTILINE)

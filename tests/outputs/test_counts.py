@@ -15,7 +15,7 @@ def dense():
     return read_scene(INPUTS / "clear_day").source()
 
 
-def test_counts_csv_columns_and_bounds():
+def test_columns_and_bounds_of_counts_csv():
     source = read_scene(INPUTS / "document_example", iterations=1000, wavebands=[1, 3]).source(seed=3)
     lines = counts.counts_file(source)[1].decode().splitlines()
     assert lines[0] == counts.COLUMNS
@@ -23,9 +23,6 @@ def test_counts_csv_columns_and_bounds():
     assert first[:1] + first[3:10] == ["1", "sky", "1", "0", "0.0", "45.0", "0.0", "120.0"]
     assert {line.split(",")[0] for line in lines[1:]} == {"1", "3"}
     assert len(lines) - 1 == sum(np.count_nonzero(source.mass(band)) for band in (0, 2))
-
-
-def test_components_without_patches_leave_their_columns_empty():
     beam = read_scene(INPUTS / "beam_only", wavebands=[1]).source()
     rows = [line.split(",") for line in counts.counts_file(beam)[1].decode().splitlines()[1:]]
     assert [row[3:10] for row in rows] == [["direct", "", "", "", "", "", ""]]

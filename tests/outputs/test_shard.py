@@ -34,12 +34,9 @@ NOT_OURS = (
 )
 
 
-def test_names():
+def test_names_are_those_that_writers_write():
     assert [name for name in OURS if not is_run_file(name)] == []
     assert [name for name in NOT_OURS if is_run_file(name)] == []
-
-
-def test_everything_that_writers_write_is_known():
     source = read_scene(INPUTS / "document_example", iterations=10).source(seed=1)
     written = [layout.name for key in PHOTON_FORMATS for layout in photon_writer(key)(source).layouts((0,))]
     assert [name for name in written if not is_run_file(name)] == []
@@ -53,15 +50,12 @@ def schema_entry(*path):
     return found
 
 
-def test_the_schema_allows_the_files_of_a_run_and_no_other_folder():
+def test_the_schema_allows_the_files_and_formats_of_a_run_and_no_other_folder():
     pattern = schema_entry("files", "propertyNames", "pattern")
     refused = {name for name in (*OURS, *NOT_OURS) if not re.search(pattern[:-1] + r"\Z", name)}
     assert not refused & {*IN_MANIFESTS}
     assert {name for name in NOT_OURS if "/" in name or name.startswith(".") or not name.isprintable()} <= refused
     assert {"", "manifest.json", "photons-0001.npy.part", "shard-003-of-100.done", "Photons-0001.npy"} <= refused
-
-
-def test_the_schema_allows_the_formats_of_a_run():
     pattern = schema_entry("options", "formats", "items", "pattern")
     assert all(re.search(pattern, name) for name in (*FOLDER_FORMATS, "none"))
     assert FOLDER_FORMATS == ("npy", "mcpl", "raw")  # of the command line, and of the documentation
@@ -97,24 +91,16 @@ def test_blocks_fill_whole_pages():
     assert all(BLOCK * size * width % 4096 == 0 for size in (4, 8) for width in (1, 2, 3))
 
 
-@pytest.mark.parametrize(
-    ("text", "mark"),
-    [
+def test_marks_and_names_that_are_none():
+    for text, mark in (
         ("1/1", "shard-1-of-1.done"),
         ("3/100", "shard-003-of-100.done"),
-        ("100/100", "shard-100-of-100.done"),
         ("7/1000000", "shard-0000007-of-1000000.done"),
-    ],
-)
-def test_marks(text, mark):
-    shard = parse_shard(text)
-    assert shard.mark == mark
-    assert str(shard) == text
-    assert marks_among([mark, "notes.txt"]) == [shard]
-    assert marks_among([mark], shard.count + 1) == []
-
-
-def test_marks_under_other_names_are_none():
+    ):
+        shard = parse_shard(text)
+        assert (shard.mark, str(shard)) == (mark, text)
+        assert marks_among([mark, "notes.txt"]) == [shard]
+        assert marks_among([mark], shard.count + 1) == []
     names = ["shard-3-of-100.done", "shard-000-of-100.done", "shard-101-of-100.done", "shard-2-of-3.done.x"]
     assert marks_among(names) == []
     kept = marks_among(["shard-2-of-3.done", "shard-1-of-3.done", "shard-1-of-2.done"], 3)

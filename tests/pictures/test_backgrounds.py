@@ -28,14 +28,11 @@ def test_the_time_over_which_a_sky_changes(parts, offset, span):
     assert time_span_s(background(*parts, utc_offset_h=offset)) == pytest.approx(span)
 
 
-def test_times_of_frames_stop_before_the_sky_repeats_itself():
+def test_frames_say_their_time_and_stop_before_the_sky_repeats_itself():
     assert frame_times_s(0.0, DAY, 4).tolist() == [0.0, 21600.0, 43200.0, 64800.0]
     for wrong in ((0.0, 1.0, 1), (0.0, 1.0, 13)):
         with pytest.raises(UsageError):
             frame_times_s(*wrong)
-
-
-def test_frames_say_their_time():
     assert time_text(background(DAILY, utc_offset_h=1.0), 9 * 3600.0) == "10:00 local time"
     assert time_text(background(WEEKLY), 3 * DAY) == "Sunday 00:00 local time"
     assert time_text(background(ONCE), 1.7e9) == "2023-11-14T22:13:20Z"

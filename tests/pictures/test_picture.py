@@ -53,14 +53,11 @@ def test_every_zone_has_its_pull_and_a_pull_of_nothing_is_no_colour():
     assert PULL.void in texts
 
 
-def test_many_maps_are_spread_and_told():
+def test_many_maps_are_spread_and_maps_without_pulls_say_so():
     picture = pull_picture([(f"waveband {k}", GRID, PULLS) for k in range(40)])
     assert len(picture.domes) == 12
     assert picture.domes[-1].title == "waveband 39\nlargest pull +inf"
     assert "40 wavebands, 12 of them shown." in picture.notes
-
-
-def test_a_map_without_pulls_says_so():
     even, dark = np.full((2, 3), 0.0049), np.full((2, 3), np.nan)
     picture = pull_picture([("waveband 1", GRID, even), ("waveband 2", GRID, dark)])
     titles = "waveband 1\nno pull above 0.005", "waveband 2\ntoo few photons for pulls"

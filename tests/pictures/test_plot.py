@@ -21,16 +21,6 @@ rc_context = pytest.importorskip("matplotlib").rc_context
 Figure = pytest.importorskip("matplotlib.figure").Figure
 
 
-class Spot:
-    sun_zenith_rad = float(np.deg2rad(45.0))
-    sun_azimuth_rad = float(np.deg2rad(30.0))
-    dhi = 100.0
-
-    def radiance(self, sky_zenith_rad, sky_azimuth_rad, wavelength_nm):
-        near = (sky_zenith_rad - self.sun_zenith_rad) ** 2 + (sky_azimuth_rad - self.sun_azimuth_rad) ** 2
-        return np.exp(-20 * near) + 1e-5
-
-
 def dome_axes(figure, number=1):
     return next(axes for axes in figure.axes if axes.get_label() == f"dome {number}")
 
@@ -101,13 +91,10 @@ def test_patches_are_exact_polygons():
     np.testing.assert_allclose(corners[3, 45], (0.0, 90.0), atol=1e-12)  # azimuth 90 is up
 
 
-def test_a_direction_in_words():
+def test_a_direction_in_words_and_the_sun_where_all_domes_have_it():
     assert direction_words(0.0, 70.0) == "at the zenith"
     northwest = "32.4° from the zenith in the northwest (azimuth 121.3°, compass 328.7°)"
     assert direction_words(32.42, 121.26) == northwest
-
-
-def test_the_sun_is_named_where_all_domes_have_it():
     one, other = (even_dome(marks=(sun_mark(zenith, 0.0),)) for zenith in (30.0, 40.0))
     assert Picture(domes=(one, one), quantity=RELATIVE_RADIANCE).sun_sentence != ()
     assert Picture(domes=(one, other), quantity=RELATIVE_RADIANCE).sun_sentence == ()
@@ -122,22 +109,18 @@ def test_the_azimuth_of_the_sun_may_be_that_of_a_compass():
             sky.plot(sky.UniformSky(), sun_deg=(60.0, 90.0), azimuth_convention=convention)
 
 
-@pytest.mark.parametrize("pt", [8.0, 12.0])
-def test_letters_follow_the_font_size_of_matplotlib(pt):
-    with rc_context({"font.size": pt}):
-        axes = Figure(figsize=(84 / 25.4, 84 / 25.4)).subplots()
-        sky.plot(Spot(), ax=axes)
-        whole = sky.plot(Spot())
-    size = {text.get_text(): text.get_fontsize() for text in axes.texts}
-    assert [size[letter] for letter in "NESW"] == [pt] * 4
-    north = next(text for text in dome_axes(whole).texts if text.get_text() == "N")
-    assert north.get_fontsize() == pytest.approx(0.8 * pt)
-
-
-def test_the_sun_of_an_overcast_sky_is_not_marked():
+def test_the_sun_is_marked_where_a_sky_has_one():
     assert marks_of(sky.plot(sky.read_scene(INPUTS / "overcast"))) == {}  # amc.inp says 0, 0
     for name in ("overcast", "uniform"):
         assert marks_of(sky.plot(sky.read_scene(INPUTS / "clear_day", sky=name))) == {}  # amc.inp says 35, 0
+    assert marks_of(sky.plot(sky.UniformSky())) == {}
+    assert set(marks_of(sky.plot(sky.UniformSky(), sun_deg=(20.0, 350.0)))) == {"mark-sun"}
+    below = marks_of(sky.plot(sky.UniformSky(), sun_deg=(130.0, 90.0)))["mark-sun_below"]
+    assert below == pytest.approx((0.0, 84.0), abs=1e-9)  # inside the rim
+    figure = sky.plot(sky.read_scene(INPUTS / "clear_day" / "amc.inp"), bands=[0], size_px=300)
+    ((name, where),) = marks_of(figure).items()
+    assert name == "mark-sun_of_amc"
+    assert where == pytest.approx((35.0, 0.0))
 
 
 @pytest.mark.parametrize(
@@ -231,13 +214,6 @@ def test_a_norm_of_matplotlib_is_taken_and_not_changed():
     assert (norm.gamma, norm.vmin, norm.vmax, given.vmin) == (0.5, 1.0, 12.0, None)
 
 
-def test_where_no_light_comes_from_the_sun_of_amc_inp_is_a_cross():
-    figure = sky.plot(sky.read_scene(INPUTS / "clear_day" / "amc.inp"), bands=[0], size_px=300)
-    ((name, where),) = marks_of(figure).items()
-    assert name == "mark-sun_of_amc"
-    assert where == pytest.approx((35.0, 0.0))
-
-
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 7, 10, 12])
 def test_rows_of_domes_leave_no_slot_empty(n):
     figure = drawn(*[even_dome()] * n)
@@ -259,17 +235,12 @@ def test_what_no_patch_covers_has_no_light_either():
     assert pixels[pixels.shape[0] - int(y), int(x) + 6, :3].tolist() == [0xD4] * 3
 
 
-def test_a_picture_without_any_light_has_no_colour_bar():
+def test_no_light_is_no_colour_bar_and_no_picture_of_a_scene():
     figure = sky.plot(np.zeros((4, 8)))
     assert [axes.get_label() for axes in figure.axes] == ["dome 1", "key"]
     figure.canvas.draw()
-
-
-def test_models_without_a_sun_have_no_mark():
-    assert marks_of(sky.plot(sky.UniformSky())) == {}
-    assert set(marks_of(sky.plot(sky.UniformSky(), sun_deg=(20.0, 350.0)))) == {"mark-sun"}
-    below = marks_of(sky.plot(sky.UniformSky(), sun_deg=(130.0, 90.0)))["mark-sun_below"]
-    assert below == pytest.approx((0.0, 84.0), abs=1e-9)  # inside the rim
+    with pytest.raises(SceneError):
+        sky.plot(scene_of(400.0, 500.0, mass=(0.0, 0.0)))
 
 
 @pytest.mark.parametrize(("low", "high"), [(1.0, 1e4), (0.14, 0.42), (3e-9, 7e-9), (0.999, 1.001), (1e-300, 1e-296)])
@@ -396,8 +367,3 @@ def test_no_window_system_is_needed(tmp_path):
     code += "assert 'matplotlib.pyplot' not in sys.modules; assert callable(sky.plot)"
     in_environment(code, tmp_path / "sky.png", DISPLAY="", MPLBACKEND="TkAgg")
     assert (tmp_path / "sky.png").exists()
-
-
-def test_a_scene_in_the_dark_is_no_picture():
-    with pytest.raises(SceneError):
-        sky.plot(scene_of(400.0, 500.0, mass=(0.0, 0.0)))

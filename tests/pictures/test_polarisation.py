@@ -30,13 +30,15 @@ def values(*components, show):
     return source_picture(scene(*components).source(), show=show).domes[0].values
 
 
-def test_degree_and_angle_of_each_patch():
+def test_degree_and_angle_of_each_patch_and_none_without_polarisation():
     degree, angle = values(table(), show="dop"), values(table(), show="aop")
     lit, polarised = np.arange(32) != 5, ~np.isin(np.arange(32), (5, 9))
     np.testing.assert_allclose(degree[lit], DEGREE[lit], atol=1e-14)
     np.testing.assert_allclose(angle[polarised], ANGLE[polarised], atol=1e-10)
     assert np.isnan(degree[5])
     assert np.isnan(angle[~polarised]).all()
+    with pytest.raises(sky.UsageError, match="has no polarisation"):
+        sky.plot(scene(sky.UniformSky()), show="dop")
 
 
 def test_light_without_polarisation_lowers_the_degree():
@@ -59,8 +61,3 @@ def test_the_colours_do_not_depend_on_the_values(tmp_path):
         assert int(mesh.get_array().mask.sum()) == (1 if show == "dop" else 2) * 23  # columns of 45 degrees in 2
         with pytest.raises(sky.UsageError, match="norm must be one of linear"):
             sky.plot(scene(table()), show=show, norm="log")
-
-
-def test_what_has_no_polarisation_has_no_picture_of_it():
-    with pytest.raises(sky.UsageError, match="has no polarisation"):
-        sky.plot(scene(sky.UniformSky()), show="dop")

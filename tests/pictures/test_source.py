@@ -28,15 +28,12 @@ def symbols(picture, number=0):
     return [mark.symbol for mark in picture.domes[number].marks]
 
 
-def test_radiance_is_mass_over_projected_solid_angle():
+def test_radiance_is_over_projected_solid_angle_and_counts_over_solid_angle():
     picture = source_picture(table_source(0))
     assert picture.quantity is RELATIVE_RADIANCE
     for dome, row in zip(picture.domes, VALUES, strict=True):
         np.testing.assert_allclose(dome.values, row / row.sum() / GRID.projected_solid_angle_sr, rtol=1e-14)
         assert float(dome.values @ GRID.projected_solid_angle_sr) == pytest.approx(1.0)
-
-
-def test_counts_are_photons_over_solid_angle():
     source = table_source(7)
     picture = source_picture(source, show="counts")
     assert picture.quantity is PHOTONS
@@ -57,9 +54,6 @@ def test_a_beam_is_a_mark_and_not_in_the_colours():
     counts = source_picture(source, show="counts")
     assert counts.domes[0].title.endswith("1 000 photons, 750 in the beam")
     assert float(counts.domes[0].values[0] * 2 * np.pi) == pytest.approx(250)
-
-
-def test_a_beam_alone_leaves_the_dome_without_light():
     picture = source_picture(source_of(sky.DirectBeam(sun_zenith_deg=30.0)))
     assert picture.domes[0].values.tolist() == [0.0]
     assert symbols(picture) == [Symbol.BEAM]

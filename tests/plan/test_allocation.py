@@ -51,12 +51,9 @@ def test_seeds_and_bands_have_offsets_of_their_own():
     assert len(rows) == 20
 
 
-def test_multinomial_ends_where_float64_stops_counting():
+def test_photons_methods_and_seeds_that_are_refused():
     with pytest.raises(AllocationError, match=r"from 0 to 2\^53, got 9007199254740993"):
         allocate([1.0, 2.0], 2**53 + 1, method="multinomial")
-
-
-def test_methods_and_seeds_that_are_refused():
     with pytest.raises(UsageError, match="'systematic', 'largest-remainder', 'multinomial', 'aomc'"):
         allocate([1.0], 1, method="alias")
     with pytest.raises(UsageError, match="seed"):

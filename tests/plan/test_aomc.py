@@ -83,12 +83,17 @@ def test_uniform_sky_of_whole_degrees_ring_by_ring():
         np.testing.assert_array_equal(found, expected)
 
 
-def test_running_total_of_32_bits_stalls_beyond_2_to_the_24():
+def test_sums_of_32_bits_run_down_the_columns_and_stall_beyond_2_to_the_24():
     weight = np.ones((1, 3 * 2**12), dtype=np.float32)
     n = 3 * 2**12 * 4097  # 4097 photons each: odd totals beyond 2^24 are no float32
     counts = allocate(weight, n, method="aomc")
     assert counts.sum() != n
     np.testing.assert_array_equal(counts, plain.aomc(weight, n))
+    # 1 + 2^-24 rounds back to 1, two of the small ones first do not
+    weight = np.array([[2.0**-24, 1.0], [2.0**-24, 0.0]], dtype=np.float32)
+    down, along = allocate(weight, 2**24 + 2, method="aomc"), plain.aomc(weight.T.copy(), 2**24 + 2).T
+    np.testing.assert_array_equal(down, plain.aomc(weight, 2**24 + 2))
+    assert not np.array_equal(down, along)
 
 
 def test_one_dimension_is_taken_as_it_stands():
@@ -96,14 +101,6 @@ def test_one_dimension_is_taken_as_it_stands():
     flat = allocate(weight, 1234, method="aomc")
     assert flat.shape == (50,)
     np.testing.assert_array_equal(flat, plain.aomc(weight[None, :], 1234)[0])
-
-
-def test_sum_runs_down_the_columns():
-    # 1 + 2^-24 rounds back to 1, two of the small ones first do not
-    weight = np.array([[2.0**-24, 1.0], [2.0**-24, 0.0]], dtype=np.float32)
-    down, along = allocate(weight, 2**24 + 2, method="aomc"), plain.aomc(weight.T.copy(), 2**24 + 2).T
-    np.testing.assert_array_equal(down, plain.aomc(weight, 2**24 + 2))
-    assert not np.array_equal(down, along)
 
 
 def test_dark_table_launches_nothing_and_says_so():

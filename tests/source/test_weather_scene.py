@@ -36,6 +36,7 @@ def test_coefficients_do_not_say_how_bright_the_beam_is():
     scene = sky.weather_scene(wavebands=[500.0], sun_zenith_deg=40.0, coefficients=(-1, -0.3, 10, -3, 0.45))
     assert [c.name for c in scene.components] == ["perez"]
     assert any("do not say how bright the beam is" in note for note in scene.notes)
+    assert any(note.startswith("Perez sky: coefficients -1, -0.3, 10, -3, 0.45 (") for note in scene.notes)
 
 
 @pytest.mark.parametrize(
@@ -79,11 +80,8 @@ def test_what_cannot_be_is_refused(changed, error, text):
         sky.weather_scene(**{"wavebands": [500.0], **NOON, **changed})
 
 
-def test_an_altitude_of_zero_needs_no_time():
+def test_an_altitude_of_zero_needs_no_time_and_a_low_sun_may_be_faint():
     assert sky.weather_scene(wavebands=[500.0], altitude_m=0.0, **NOON) == sky.weather_scene(wavebands=[500.0], **NOON)
-
-
-def test_a_low_sun_may_be_faint():
     with pytest.warns(sky.ModelLimitWarning):
         scene = sky.weather_scene(wavebands=[500.0], sun_zenith_deg=89.5, ghi=1.5, dhi=1.4)
     assert scene.source().n_photons(0) == 1_000_000

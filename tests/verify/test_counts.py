@@ -65,11 +65,13 @@ def test_a_photon_where_no_mass_is(method):
     assert next(c.cell for c in report.checks if c.name.startswith("zero mass")) == 50
 
 
-def test_a_lost_photon_needs_the_request():
+def test_dark_bands_and_a_lost_photon_which_needs_the_request():
     mass = masses()
     counts = sky.allocate(mass, 10**5)
     counts[counts.argmax()] -= 1
     assert "sum of the counts" in failed(sky.verify_counts(counts, mass, n_photons=10**5))
+    assert sky.verify_counts(np.zeros(3, int), np.zeros(3)).passed
+    assert not sky.verify_counts([0, 1, 0], np.zeros(3)).passed
 
 
 def test_counts_of_another_method_fail():
@@ -108,11 +110,6 @@ def test_bands_are_checked_apart():
     assert sky.verify_counts(shared, mass[0], n_photons=[10, 10**4]).passed
 
 
-def test_a_dark_band():
-    assert sky.verify_counts(np.zeros(3, int), np.zeros(3)).passed
-    assert not sky.verify_counts([0, 1, 0], np.zeros(3)).passed
-
-
 def test_rational_arithmetic_decides_where_float64_cannot():
     """At 2^60 photons per cell float64 knows multiples of 256; the bound is 1 + 2^60 2^-52 + 2^61 2^-62 = 257.5."""
     half = 2**60
@@ -147,12 +144,8 @@ def test_masses_that_were_divided_by_their_sum(n, method):
         ([1, 2], [1.0, np.nan], "masses"),
     ],
 )
-@pytest.mark.parametrize("method", METHODS)
-def test_invalid_input(counts, mass, words, method):
+def test_invalid_input(counts, mass, words):
     with pytest.raises(ValueError, match=words):
-        sky.verify_counts(counts, mass, method=method)
-
-
-def test_unknown_method():
+        sky.verify_counts(counts, mass)
     with pytest.raises(sky.UsageError, match="systematic"):
         sky.verify_counts([1], [1.0], method="fair")

@@ -41,12 +41,9 @@ def test_thinning_does_not_know_how_a_file_is_split(start, n, cut):
     assert np.array_equal(whole, np.concatenate([is_kept(7, start, cut), is_kept(7, start + cut, n - cut)]))
 
 
-def test_thinning_of_other_seeds_is_another():
+def test_thinning_of_a_seed_is_for_ever_and_of_another_one_another():
     first, second = (is_kept(thinning_key(seed), 0, 10_000) for seed in (0, 1))
     assert 0.45 < np.mean(first == second) < 0.55
-
-
-def test_words_for_ever():
     assert np.packbits(is_kept(thinning_key(0), 0, 64)).tobytes().hex() == "03d78386918d7d62"
 
 

@@ -43,8 +43,14 @@ def test_pairs_are_counted_exactly():
     assert sample_of(rows).pairs() == (near, equal)
 
 
-def test_zeros_of_both_signs_are_one_direction():
+def test_zeros_of_both_signs_and_damaged_directions():
     rows = np.array([[0.0, -0.0, -1.0], [-0.0, 0.0, -1.0]])
+    assert sample_of(rows).pairs() == (1, 1)
+    rows = directions(10)
+    rows[3:6] = np.nan
+    rows[7] = [np.inf, 3.0, -1e30]
+    assert sample_of(rows).pairs() == (0, 0)
+    rows[7:9] = [5.0, -7.0, 1.0]
     assert sample_of(rows).pairs() == (1, 1)
 
 
@@ -96,12 +102,3 @@ def test_skies_of_few_directions_are_not_tested(monkeypatch):
     assert isinstance(RepeatFinder.of(night, Frame.UP, is_centred=False), RepeatFinder)
     monkeypatch.setattr(repeats, "_LEAST_WIDTH", 0.6)
     assert "is narrower than 0.6 rad" in RepeatFinder.of(night, Frame.UP, is_centred=False)
-
-
-def test_damaged_directions_are_no_pairs():
-    rows = directions(10)
-    rows[3:6] = np.nan
-    rows[7] = [np.inf, 3.0, -1e30]
-    assert sample_of(rows).pairs() == (0, 0)
-    rows[7:9] = [5.0, -7.0, 1.0]
-    assert sample_of(rows).pairs() == (1, 1)

@@ -14,7 +14,7 @@ def a_test(p_value, name="test", waveband=1):
     return Check(name=name, waveband=waveband, passed=True, p_value=p_value)
 
 
-def test_each_test_gets_its_share_of_the_level():
+def test_each_test_gets_its_share_of_the_level_and_only_failures_make_it_foreign():
     report = judged([a_test(1e-4), a_test(0.5), Check(name="exact", passed=True)], family_level=1e-3)
     assert report.level == pytest.approx(1 - (1 - 1e-3) ** 0.5, rel=1e-12)
     assert [check.passed for check in report.checks] == [False, True, True]
@@ -22,9 +22,6 @@ def test_each_test_gets_its_share_of_the_level():
     assert judged([a_test(6e-4), a_test(0.5)], family_level=1e-3)
     assert not judged([a_test(float("nan"))], family_level=1e-6)
     assert sidak_level(1e-6, 0) == pytest.approx(1e-6)
-
-
-def test_only_failures_make_it_foreign():
     assert not judged([Check(name="blocks", passed=True, is_foreign=True)], family_level=0.1).is_foreign
     assert judged([Check(name="blocks", passed=False, is_foreign=True)], family_level=0.1).is_foreign
 

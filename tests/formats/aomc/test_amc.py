@@ -82,13 +82,10 @@ def test_lenient_does_not_save_values_that_no_scene_can_have():
             read(DATA / f"{name}.inp", lenient=True)
 
 
-def test_exponents_of_any_number_of_digits(tmp_path):
+def test_exponents_of_any_number_of_digits_and_labels_that_are_mistyped(tmp_path):
     for digits, value in (("0" * 5000 + "2", 100.0), ("-" + "9" * 5000, 0.0)):
         (tmp_path / "lambbot.inp").write_text(f"1\n1e{digits} 0 0\n")
         assert read_lambbot(tmp_path / "lambbot.inp").wavelength_nm.tolist() == [value]
-
-
-def test_a_mistyped_label_is_no_displaced_line(tmp_path):
     text = (DATA / "amc/good/thirty_lines.inp").read_text()
     assert text.count("\n4)") == 1
     (tmp_path / "amc.inp").write_text(text.replace("\n4)", "\n5)"))

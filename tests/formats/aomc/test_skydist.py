@@ -16,7 +16,7 @@ ROWS = [
 ]  # fmt: skip
 
 
-def test_skydist_values_and_lines():
+def test_values_lines_and_spellings():
     table = read_skydist(DATA / "skydist/good/plain.inp")
     assert table.wavelength_nm.tolist() == [550.0, 650.0]
     assert table.radiance.tolist() == [[[10.5, 0, 0], [0, 0, 20]], [[0, 9.5, 0], [0, 0, 0]]]
@@ -25,21 +25,31 @@ def test_skydist_values_and_lines():
     assert table.declared_bins is None
     declared = read_skydist(DATA / "skydist/good/declared.inp")
     assert (declared.declared_bins, declared.declared_values) == (Bins.DEGREES, Values.MASS)
-
-
-def test_fortran_spellings():
     table = read_skydist(DATA / "skydist/good/fortran_spellings.inp")
     assert table.wavelength_nm.tolist() == [550.0, 650.0]
     assert (table.radiance[0, 0, 1], table.radiance[0, 1, 2], table.radiance[1, 0, 1]) == (10.5, 20.0, 9.5)
 
 
-def test_what_lenient_downgrades():
-    """More rows and values that differ are in tests/faults."""
-    for name, code in (("fewer_rows", "E303"), ("wavelength_twice", "E308")):
-        with pytest.warns(InputWarning, match=code):
-            read_skydist(DATA / f"skydist/bad/{name}.inp", lenient=True)
-    with pytest.warns(InputWarning, match="E308"):
-        read_skydist(DATA / "skydist/bad/wavelength_twice.inp", downgrade=frozenset({"E308"}))
+@pytest.mark.parametrize(
+    ("name", "code", "first", "last"),
+    [
+        ("fewer_rows", "E303", 1.0, 0.0), ("more_rows", "E303", 1.0, 0.0), ("duplicate_differs", "E309", 2.0, 0.0),
+        ("wavelength_twice", "E308", 1.0, 0.0),
+    ],
+)  # fmt: skip
+def test_what_lenient_downgrades(name, code, first, last):
+    """As the program: rows beyond the count are not read, and of two values the last one holds."""
+    with pytest.warns(InputWarning, match=code):
+        table = read_skydist(DATA / f"skydist/bad/{name}.inp", lenient=True)
+    assert (table.radiance[0, 0, 0], table.radiance[1, 0, 2]) == (first, last)
+
+
+@pytest.mark.parametrize("rows", ["1 1 0 10.5\n1 2\n2 20", "2*1 0 10.5\n1 2 2 20", "1 1 0 10.5\n1 2 2 20.0 / north"])
+def test_rows_that_fortran_reads(rows, tmp_path):
+    """The rest of a row on the next line, a repeat count, a slash behind the values."""
+    (tmp_path / "sky.inp").write_text(f"2 2 2 1\n550\n{rows}\n")
+    table = read_skydist(tmp_path / "sky.inp")
+    assert (table.radiance[0, 0, 0], table.radiance[0, 1, 2]) == (10.5, 20.0)
 
 
 def test_any_number_of_warnings_loses_no_row(tmp_path):

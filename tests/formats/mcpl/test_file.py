@@ -137,7 +137,6 @@ HEAD = len(encode_header(small()[0]))
 BROKEN = {
     "empty": ("E802", b""),
     "no_mcpl": ("E802", b"NPCL003L" + bytes(100)),
-    "text": ("E802", b"1) iterations : 10\n" * 10),
     "version_1": ("E802", GOOD[:4] + b"001" + GOOD[7:]),
     "version_letters": ("E802", GOOD[:4] + b"\xff\n3" + GOOD[7:]),
     "byte_order": ("E802", GOOD[:7] + b"X" + GOOD[8:]),
@@ -153,12 +152,10 @@ BROKEN = {
     "weight_nan": ("E803", with_number(GOOD, 48, "<d", np.nan)),
     "weight_zero": ("E803", with_number(GOOD, 48, "<d", 0.0)),
     "billion_billions": ("E804", with_number(GOOD, COUNT_OFFSET, "<Q", 10**18)),
-    "largest_count": ("E804", with_number(GOOD, COUNT_OFFSET, "<Q", 2**64 - 1)),
     "cut_record": ("E804", GOOD[:-5]),
     "record_too_many": ("E804", GOOD + bytes(small()[0].record.itemsize)),
     "never_closed": ("E804", with_number(GOOD, COUNT_OFFSET, "<Q", 0)),
     "nan_energy": ("E805", with_field("packed", np.nan, column=2)),
-    "infinite_energy": ("E805", with_field("packed", -np.inf, column=2)),
     "nan_direction": ("E805", with_field("packed", np.nan, column=0)),
     "no_unit_vector": ("E805", with_field("packed", 1.1, column=1)),
     "nan_position": ("E805", with_field("position", np.nan, column=2)),
@@ -186,7 +183,7 @@ def test_a_whole_file_has_no_problems(tmp_path):
         assert len(read_mcpl(tmp_path / "x.mcpl").particles()) == n
 
 
-def test_many_bad_records_are_named_up_to_20(tmp_path):
+def test_bad_records_and_files_that_shrink_are_input_errors(tmp_path):
     header = McplHeader(n_particles=1000, weight=1.0, pdg_code=22)
     records = np.zeros(1000, header.record)
     records["time"][100::2] = np.nan
@@ -198,9 +195,6 @@ def test_many_bad_records_are_named_up_to_20(tmp_path):
     with pytest.raises(InputFileError, match="record 502"):
         read_mcpl(path).particles(501, 503)
     assert len(read_mcpl(path).particles(0, 100)) == 100
-
-
-def test_a_file_that_shrinks_is_an_input_error(tmp_path):
     path = tmp_path / "x.mcpl"
     path.write_bytes(GOOD)
     file = read_mcpl(path)
@@ -210,49 +204,37 @@ def test_a_file_that_shrinks_is_an_input_error(tmp_path):
 
 
 def broken_copies(n):
-    """Copies of files of every kind with bytes flipped, cut off, put in or taken out."""
-    generator = np.random.default_rng(20)
-    templates = []
+    """Copies of files of every kind with bytes changed, cut off, put in or taken out."""
+    generator, templates = np.random.default_rng(20), []
     for header in [*options(), replace(options()[5], is_little_endian=False)]:
-        header = replace(header, n_particles=5)
         records = np.zeros(5, header.record)
         records["packed"] = generator.uniform(-0.7, 0.7, size=(5, 3))
-        templates.append(encoded(header, records))
-    copies = []
+        templates.append(encoded(replace(header, n_particles=5), records))
     for k in range(n):
         data = bytearray(templates[k % len(templates)])
-        place = int(generator.integers(len(data)))
-        for _ in range(int(generator.integers(1, 4))):
-            data[int(generator.integers(len(data) if k % 2 else 60))] = int(generator.integers(256))
-        if k % 5 == 0:
-            del data[place:]
-        elif k % 5 == 1:
-            data[place:place] = generator.bytes(int(generator.integers(1, 40)))
-        elif k % 5 == 2:
-            del data[place : place + int(generator.integers(1, 40))]
-        copies.append(bytes(data))
-    return copies
+        place, width = generator.integers(len(data)), generator.integers(1, 40)
+        for _ in range(generator.integers(1, 4)):
+            data[generator.integers(len(data) if k % 2 else 60)] = generator.integers(256)
+        end, more = [(len(data), b""), (place, generator.bytes(width)), (place + width, b"")][k % 3]
+        yield bytes(data[:place] + more + data[end:]) if k % 5 < 3 else bytes(data)
 
 
 def test_broken_copies_give_particles_or_an_input_error(tmp_path):
-    path, n_refused, slowest = tmp_path / "x.mcpl", 0, 0.0
+    path, codes, begin = tmp_path / "x.mcpl", [], time.process_time()
     for data in broken_copies(300):
         path.write_bytes(data)
-        begin, codes, particles = time.process_time(), set(), None
         try:
             check_mcpl(path)
-            particles = read_mcpl(path).particles()
         except InputFileError as error:
-            codes = {p.code for p in error.problems}
-        slowest = max(slowest, time.process_time() - begin)
-        n_refused += bool(codes)
-        assert codes <= {"E802", "E803", "E804", "E805"}
-        if particles is not None:
-            assert len(particles) <= 40
-            assert np.isfinite(particles.energy).all()
-            assert (np.abs((particles.direction**2).sum(axis=1) - 1) < 3e-5).all()
-    assert n_refused > 150
-    assert slowest < MOST_CPU_S
+            codes += {problem.code for problem in error.problems}
+            continue
+        particles = read_mcpl(path).particles()
+        assert len(particles) <= 40
+        assert np.isfinite(particles.energy).all()
+        assert (np.abs((particles.direction**2).sum(axis=1) - 1) < 3e-5).all()
+    assert set(codes) <= {"E802", "E803", "E804", "E805"}
+    assert len(codes) > 150
+    assert time.process_time() - begin < MOST_CPU_S
 
 
 READERS = "from aomc_sky.formats.mcpl.file import check_mcpl\nreaders = (check_mcpl,)"

@@ -47,7 +47,8 @@ def test_a_packed_file_is_read_as_libmcpl_does(pieces, tmp_path):
     assert [(b.start, len(b)) for b in ours.blocks(100, 250, 380)] == [(250, 50), (300, 80)]
 
 
-def test_the_packed_file_stands_in_the_place_of_a_missing_one(tmp_path):
+def test_a_packed_file_is_known_by_its_bytes_and_stands_in_the_place_of_a_missing_one(tmp_path):
+    """mcpltool goes by the name; people rename files."""
     (tmp_path / "x.mcpl.gz").write_bytes(gzip.compress(good()))
     assert read_mcpl(tmp_path / "x.mcpl").path == tmp_path / "x.mcpl.gz"
     assert len(read_mcpl(tmp_path / "x.mcpl").particles()) == 3
@@ -59,10 +60,6 @@ def test_the_packed_file_stands_in_the_place_of_a_missing_one(tmp_path):
     (tmp_path / "y.mcpl.gz").write_bytes(gzip.compress(good()))
     with pytest.raises(InputFileError, match="E801"):  # somebody meant that link
         read_mcpl(tmp_path / "y.mcpl")
-
-
-def test_a_packed_file_is_known_by_its_bytes(tmp_path):
-    """mcpltool goes by the name; people rename files."""
     (tmp_path / "x.mcpl").write_bytes(gzip.compress(good()))
     (tmp_path / "y.mcpl.gz").write_bytes(good())
     assert len(read_mcpl(tmp_path / "x.mcpl").particles()) == len(read_mcpl(tmp_path / "y.mcpl.gz").particles()) == 3

@@ -27,12 +27,9 @@ def test_against_exact_arithmetic(n_bits):
     assert found.astype(np.float64).tolist() == [nearest(value, n_bits) for value in values]
 
 
-def test_all_bits_are_what_float32_has():
+def test_all_bits_are_what_float32_has_and_zeros_stay():
     values = np.random.default_rng(6).uniform(1e-6, 1e3, 1000)
     np.testing.assert_array_equal(rounded_significand(values, 24), values.astype(np.float32))
-
-
-def test_zeros_and_what_is_no_number_stay():
     found = rounded_significand(np.array([0.0, -0.0, np.inf, -np.inf, np.nan]), 3)
     np.testing.assert_array_equal(found, np.array([0.0, -0.0, np.inf, -np.inf, np.nan], dtype=np.float32))
     assert np.signbit(found[1])

@@ -28,7 +28,7 @@ def source():
     return Scene(wavebands=WAVELENGTHS, components=parts, **known).source(2**64 - 1)
 
 
-def test_counts_masses_and_grid(source):
+def test_counts_masses_grid_and_conventions(source):
     data = aomc_sky.to_xarray(source)
     counts = source.counts
     assert np.array_equal(data.counts_direct, counts[:, 0])
@@ -47,9 +47,6 @@ def test_counts_masses_and_grid(source):
     assert data.counts.sel(waveband=2, zenith=67.5, azimuth=180).item() == counts[1, 5]
     assert data.counts_direct.attrs["zenith_deg"] == pytest.approx(30, abs=1e-9)
     assert data.counts_direct.attrs["azimuth_deg"] == pytest.approx(200, abs=1e-9)
-
-
-def test_conventions(source):
     data = to_xarray(source)
     assert data.attrs["Conventions"] == "CF-1.11"
     assert data.attrs["seed"] == str(2**64 - 1)

@@ -54,17 +54,6 @@ def test_without_a_date_the_sun_has_its_mean_distance():
     assert "at the sun's mean distance" in scene.notes[0]
 
 
-def test_the_perez_sky_gets_its_broadband_irradiances():
-    scene = sky.weather_scene(wavebands=NM, sun_zenith_deg=40.0, spectrum="spectrl2")
-    perez = scene.options["perez"]
-    assert 850 < perez["dni"] < 950
-    assert 80 < perez["dhi"] < 130
-    assert perez["epsilon"] > 4.5  # a clear sky
-    assert perez["from"].endswith("(a cloudless sky)")
-    hazy = sky.weather_scene(wavebands=NM, sun_zenith_deg=40.0, spectrum="spectrl2", clear_sky={"aod_500nm": 0.4})
-    assert hazy.options["perez"]["dhi"] > 1.5 * perez["dhi"]
-
-
 def test_every_entrance_has_it(tmp_path):
     """The same light by the command line alone, by options beside amc.inp, by sky.toml and in Python."""
     amc = copy_scene("perez_sky", tmp_path)

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import aomc_sky as sky
-from aomc_sky.errors import ModelLimitWarning
 from aomc_sky.formats.aomc.amc import LightSource
 from aomc_sky.formats.sky_toml.sections import PerezSection, SunSection
 from aomc_sky.inputs import Entrance
@@ -130,14 +129,6 @@ def test_difcol_stands_in(fraction, zenith_deg, expected):
     assert direct_fraction(amounts, sun) == pytest.approx(mean, abs=1e-12)
 
 
-def test_bands_without_light_count_nothing(tmp_path):
-    folder = scene_folder(tmp_path, difcol="4\n1 1\n0.2 0\n1 1\n1 2\n")
-    scene = sky.read_scene(folder)
-    assert [c.name for c in scene.components] == ["direct"]
-    assert "no sky is modelled" in scene.notes[0]
-    assert scene.source().counts.sum(axis=1).tolist() == [500_000, 0, 500_000, 1_000_000]
-
-
 def test_flag_one_takes_the_perez_sky_instead_of_its_file(tmp_path):
     folder = scene_folder(tmp_path, toml=TOML)
     change_config(folder / "amc.inp", light_source=LightSource.FILE)
@@ -170,26 +161,15 @@ def test_a_sky_file_leaves_sky_toml_alone_and_says_so(tmp_path):
         assert "sky_toml" not in sky.read_scene(folder, compat="aomc").input_files
 
 
+def test_a_sky_without_light_beside_difcol_is_refused(tmp_path):
+    with pytest.raises(sky.SceneError, match="no light for the sky"):
+        sky.read_scene(scene_folder(tmp_path, difcol=DIFCOL), perez={"dni": 850.0, "dhi": 0.0})
+
+
 def test_a_uniform_sky_says_that_perez_is_not_used(tmp_path):
     scene = sky.read_scene(scene_folder(tmp_path, toml=TOML, difcol=DIFCOL), sky="uniform")
     assert scene.notes[-1] == "sky.toml: [perez] is not used, no Perez sky is modelled"
     assert "perez" not in scene.options
-
-
-def test_limited_inputs_are_warned_of_and_kept(tmp_path):
-    folder = scene_folder(tmp_path, difcol=DIFCOL)
-    with pytest.warns(ModelLimitWarning):
-        assert perez_of(sky.read_scene(folder, perez={"epsilon": 40.0, "delta": 0.9}))["limited"] != []
-    assert perez_of(sky.read_scene(folder, perez={"epsilon": 5.0, "delta": 0.2}))["limited"] == []
-
-
-def test_coefficients_reach_the_model(tmp_path):
-    weather = {"a": -1.0, "b": -0.3, "c": 10.0, "d": -3.0, "e": 0.45}
-    scene = sky.read_scene(scene_folder(tmp_path, difcol=DIFCOL), perez=weather)
-    shown = perez_of(scene)
-    assert shown["coefficients"] == list(weather.values())
-    assert shown["epsilon"] is None
-    assert scene.notes[1] == "Perez sky: coefficients -1, -0.3, 10, -3, 0.45 (options)"
 
 
 @pytest.mark.parametrize("name", [None, "uniform", "overcast"])
@@ -204,12 +184,6 @@ def test_a_beam_beside_a_sky_file_is_launched_where_it_is_asked_for(name):
         cosine = alone.source().exact_moments(band).mean_mu
         expected = fraction * 0.5 + (1 - fraction) * cosine
         assert both.source().exact_moments(band).mean_mu == pytest.approx(expected, rel=1e-12)
-
-
-def test_a_sky_without_light_beside_difcol_is_refused(tmp_path):
-    folder = scene_folder(tmp_path, difcol=DIFCOL)
-    with pytest.raises(sky.SceneError, match="no light for the sky"):
-        sky.read_scene(folder, perez={"dni": 850.0, "dhi": 0.0})
 
 
 IRRADIANCE = st.floats(0, 10_000)

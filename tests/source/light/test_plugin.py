@@ -114,23 +114,6 @@ def test_a_good_model_is_a_sky(install):
     assert abs(both[0][:, 0] - both[1][:, 0]).max() <= 1
 
 
-def test_irradiances_of_a_model_are_those_of_the_scene(install):
-    install(make_of("import aomc_sky; return aomc_sky.FunctionSky(lambda z, a, nm: nm, irradiance_W_m2_nm=0.25)"))
-    scene = sky.read_scene(SCENE, sky="dark")
-    fraction = scene.components[0].strength
-    np.testing.assert_allclose(scene.irradiance.of_component[:, 1], 0.25, rtol=1e-15)
-    np.testing.assert_allclose(scene.irradiance.of_component[:, 0], 0.25 * fraction / (1 - fraction), rtol=1e-14)
-
-
-def test_a_model_that_depends_on_the_wavelength_has_its_masses_in_every_band(install):
-    install(make_of("import numpy as np; return lambda z, a, nm: np.cos(z) ** (nm / 100)"))
-    scene = sky.read_scene(INPUTS / "clear_day", sky="dark", iterations=1_000_000)
-    source = scene.source(seed=2)
-    for band, nm in enumerate(scene.wavebands.wavelength_nm):  # mean of mu under mu^(k + 1), with its patches' error
-        k = nm / 100
-        assert -source.photons(band).uz.mean(dtype=float) == pytest.approx((k + 2) / (k + 3), abs=1e-4)
-
-
 def test_a_broken_or_noisy_package_spoils_no_list_of_the_others(install, told):
     install("raise BaseException('no licence')", name="broken", distribution="broken-skies")
     install("print('welcome')\n" + GOOD)

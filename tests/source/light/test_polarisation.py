@@ -12,7 +12,6 @@ from tests.support.shared import INPUTS
 PATTERN = sky.RayleighPattern(max_degree=0.6)
 SUN = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 25.0}
 NM = [443.0, 555.0]
-NAMED = {"cie": (sky.CIESky, {"type": 12}), "harrison-coombes": (sky.HarrisonCoombesSky, {"cloud_cover": 0.5})}
 
 
 def plan_of(scene):
@@ -23,26 +22,37 @@ def weather(**how):
     return sky.weather_scene(wavebands=NM, n_photons=1000, **how)
 
 
-@pytest.mark.parametrize("name", ["cie", pytest.param("harrison-coombes", marks=pytest.mark.slow)])
-def test_a_named_sky_has_the_plan_of_the_sky_that_is_made(name, tmp_path, capsys):
-    make, options = NAMED[name]
-    made = make(**SUN, **options, polarisation=PATTERN)
-    plan = plan_of(weather(sky=name, sky_options=options, **SUN, diffuse_only=True, polarisation=PATTERN))
+def test_a_named_sky_has_the_plan_of_the_sky_that_is_made(tmp_path, capsys):
+    named, made = {"sky": "cie", "sky_options": {"type": 12}}, sky.CIESky(**SUN, type=12, polarisation=PATTERN)
+    plan = plan_of(weather(**named, **SUN, diffuse_only=True, polarisation=PATTERN))
     assert plan.sha256 == plan_of(sky.Scene(wavebands=NM, n_photons=1000, components=made)).sha256
     light = {"ghi": 780.0, "dhi": 140.0, **SUN}
-    with_beam = plan_of(weather(sky=name, sky_options=options, polarisation=PATTERN, **light))
+    with_beam = plan_of(weather(**named, polarisation=PATTERN, **light))
     assert with_beam.sha256 == plan_of(weather(sky=made, **light)).sha256
     assert with_beam.components[0].stokes is None
     assert with_beam.components[1].stokes is not None
-    more = [part for key, value in options.items() for part in ("--sky-option", f"{key}={value}")]
-    command = ["run", "--sky", name, *more, "--ghi", "780", "--dhi", "140", "--sun-zenith", "40", "--sun-azimuth", "25"]
+    command = [
+        "run",
+        "--sky",
+        "cie",
+        "--sky-option",
+        "type=12",
+        "--ghi",
+        "780",
+        "--dhi",
+        "140",
+        "--sun-zenith",
+        "40",
+        "--sun-azimuth",
+        "25",
+    ]
     command += ["--wavelengths", "443", "555", "--iterations", "1000", "--seed", "3", "--format", "none"]
     assert main([*command, "--polarisation", "0.6", "--out", str(tmp_path / "a")]) == 0
     assert sky.Plan.load(tmp_path / "a" / "plan.npz").sha256 == with_beam.sha256
     assert "Rayleigh's pattern, largest degree 0.6, around the sun at a zenith angle of 40" in capsys.readouterr().out
     assert main([*command, "--out", str(tmp_path / "b")]) == 0
     plain = sky.Plan.load(tmp_path / "b" / "plan.npz")
-    assert plain.sha256 == plan_of(weather(sky=name, sky_options=options, **light)).sha256
+    assert plain.sha256 == plan_of(weather(**named, **light)).sha256
     assert set(with_beam.members()) == {*plain.members(), "stokes_1"}
 
 
@@ -150,8 +160,6 @@ def test_what_has_no_pattern_is_refused_in_one_sentence(name):
     [
         ('[sky]\nmodel = "overcast"\npolarisation = 0.5\n', "3:1: error[E705]", 'model "overcast", which has no sun'),
         ('[sky]\nmodel = "uniform"\npolarisation = 0.5\n', "3:1: error[E705]", 'model "uniform", which has no sun'),
-        ('[sky]\npolarisation = 1.5\n', "2:16: error[E704]", "1.5 is outside the range 0 to 1"),
-        ('[sky]\npolarisation = "rayleigh"\n', "2:16: error[E703]", "'rayleigh' is not a number"),
         ('[sky]\npolarization = 0.5\n', "2:1: error[E702]", "the nearest is polarisation"),
     ],
 )  # fmt: skip

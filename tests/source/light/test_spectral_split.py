@@ -1,7 +1,5 @@
 """Beam and sky of each waveband by the spectra of SPCTRL2: what stays as given, what physics asks, what is refused."""
 
-import shutil
-
 import numpy as np
 import pytest
 
@@ -62,15 +60,6 @@ def test_the_turbidity_is_the_one_whose_spectra_have_the_ratio(dni, dhi, zenith_
     assert 0.0 < found.turbidity < LARGEST_TURBIDITY
 
 
-@pytest.mark.parametrize(("dni", "broadband", "blue"), [(850.0, 0.117, 0.291), (900.0, 0.111, 0.283)])
-def test_blue_light_is_more_diffuse_than_the_whole_spectrum(dni, broadband, blue):
-    found = 1.0 - split(dni, 95.0, 32.4, np.array([400.0, 550.0, 700.0])).direct_fraction
-    assert 95.0 / (95.0 + dni * np.cos(np.radians(32.4))) == pytest.approx(broadband, abs=5e-4)
-    assert found[0] == pytest.approx(blue, abs=2e-3)
-    assert found[0] > 2.4 * broadband
-    assert found[2] < 0.8 * broadband
-
-
 @pytest.mark.parametrize(
     ("dni", "dhi", "zenith_deg"), [pytest.param(900.0, 95.0, 32.4, marks=pytest.mark.slow), (800.0, 75.0, 60.0)]
 )
@@ -111,10 +100,15 @@ def test_without_beam_or_without_sky_one_is_all():
     assert (dark.turbidity, dark.cloud) == (REFERENCE.aod_500nm, 0.0)
 
 
-def test_a_sky_clearer_than_any_is_told():
+def test_what_is_said_of_clear_skies_of_clouds_and_of_no_light():
     with pytest.warns(ModelLimitWarning, match="less than a cloudless sky has"):
         found = split(1000.0, 20.0, 30.0)
     assert (found.turbidity, found.cloud) == (0.0, 0.0)
+    assert str(split(0.0, 300.0, 50.0)).endswith("turbidity 0.5, 100 % of the diffuse light as white as a cloud's")
+    assert str(split(850.0, 95.0, 50.0)).count("cloud") == 0
+    shape = PerezSection(epsilon=3.0, delta=0.0, origin="options")
+    with pytest.raises(SceneError, match="no light at all"):
+        spectral_split(shape, Sun(zenith_deg=30.0, azimuth_deg=0.0), VISIBLE)
 
 
 OCEAN_NM = np.array([412.0, 443.0, 490.0, 555.0, 670.0])
@@ -145,21 +139,10 @@ def test_from_haze_to_cloud_nothing_jumps():
     assert abs(blue(0.1)[0] / blue(0.0)[0] - 1) < 1e-3
 
 
-def test_the_share_of_cloud_is_said():
-    assert str(split(0.0, 300.0, 50.0)).endswith("turbidity 0.5, 100 % of the diffuse light as white as a cloud's")
-    assert str(split(850.0, 95.0, 50.0)).count("cloud") == 0
-
-
 @pytest.mark.parametrize("wavelength_nm", [299.9, 4000.0001])
 def test_a_waveband_outside_the_spectra_is_refused(wavelength_nm):
     with pytest.raises(SceneError, match=rf"waveband 2 at {wavelength_nm!r} nm is outside .* 300 to 4000 nm"):
         split(850.0, 95.0, 30.0, np.array([550.0, wavelength_nm]))
-
-
-def test_inputs_without_light_are_refused():
-    shape = PerezSection(epsilon=3.0, delta=0.0, origin="options")
-    with pytest.raises(SceneError, match="no light at all"):
-        spectral_split(shape, Sun(zenith_deg=30.0, azimuth_deg=0.0), VISIBLE)
 
 
 # In a scene
@@ -218,20 +201,3 @@ def test_epsilon_and_delta_have_irradiances_too(amc):
     shape = {name: one.options["perez"][name] for name in ("epsilon", "delta")}
     two = sky.read_scene(amc, perez=shape | SPECTRL2)
     np.testing.assert_allclose(two.irradiance.of_component, one.irradiance.of_component, rtol=1e-8)
-
-
-def test_light_of_the_night_adds_to_it_and_irradiances_of_sky_toml_win(amc):
-    pytest.importorskip("h5py")
-    toml = amc.parent / "sky.toml"
-    shutil.copy(INPUTS / "night_sky" / "night.h5", amc.parent)
-    text = toml.read_text()
-    toml.write_text(text + '\n[[background]]\nfile = "night.h5"\ntime = 2026-02-14T21:30:00Z\n')
-    scene = sky.read_scene(amc, perez=SPECTRL2)
-    found = split(850.0, 95.0, 32.4, scene.wavebands.wavelength_nm)
-    np.testing.assert_allclose(scene.irradiance.of_component[:, 0], found.direct_irradiance, rtol=1e-12)
-    assert scene.irradiance.of_component.shape[1] > 2
-    toml.write_text(text + "\n[sky]\ndiffuse_irradiance = [0.25, 0.25, 0.25, 0.25]\n")
-    given = sky.read_scene(amc, perez=SPECTRL2)
-    np.testing.assert_allclose(given.irradiance.of_component[:, 1], 0.25, rtol=1e-12)
-    beam = 0.25 * found.direct_fraction / (1.0 - found.direct_fraction)
-    np.testing.assert_allclose(given.irradiance.of_component[:, 0], beam, rtol=1e-9)

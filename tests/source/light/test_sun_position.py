@@ -78,12 +78,6 @@ def test_the_earth_is_nearest_in_january():
     assert given == pytest.approx(EXTRATERRESTRIAL_NORMAL * series, rel=1e-12)
 
 
-def test_shapes_are_kept():
-    times = np.datetime64("2023-06-01T10:00:00") + np.arange(6).reshape(2, 3) * np.timedelta64(1, "h")
-    sun = sun_position(times, 10.0, 20.0)
-    assert sun.zenith_deg.shape == sun.azimuth_deg.shape == sun.extraterrestrial_normal.shape == (2, 3)
-
-
 @pytest.mark.parametrize(
     ("time", "latitude", "longitude"),
     [
@@ -106,24 +100,18 @@ def test_a_place_is_two_numbers(place):
     ("time", "advice"),
     [
         ("2026-06-21", "write 2026-06-21T00:00Z for UTC"),
-        ("2026-06-21 09:30", "write 2026-06-21T09:30Z for UTC"),
         (datetime.datetime(2026, 6, 21, 9, 30, 5), "write 2026-06-21T09:30:05Z for UTC"),
         ("noon", "must be in ISO 8601"),
         ("2026-06-21T12:00 CEST", r"or 2026-06-21T11:30:00\+02:00"),
         ("2016-12-31T23:59:60Z", "leap second, which clocks of computers leave out; write 23:59:59"),
-        (datetime.date(2026, 6, 21), "must be in ISO 8601"),
-        (datetime.time(12), "must be in ISO 8601"),
         (object(), "must be in ISO 8601"),
         (["2026-06-21T09:30"], "does not say its time zone"),
         ([datetime.datetime(2026, 6, 21, 9, 30)], "does not say its time zone"),
         (["2026-06-21T09:30Z", "noon"], "must be in ISO 8601"),
-        ([None], "must be in ISO 8601"),
         (np.datetime64("NaT"), "is missing"),
         (np.array(["2026-06-21", "NaT"], "M8[s]"), "is missing"),
         (np.datetime64(10**15, "Y"), "known for the years 1800 to 2199"),  # overflows in seconds
-        (None, "must be in ISO 8601"),
         (3, "must be in ISO 8601"),
-        (2026.5, "must be in ISO 8601"),
     ],
 )
 def test_a_time_that_is_not_clear_says_what_to_write(time, advice):
@@ -133,7 +121,7 @@ def test_a_time_that_is_not_clear_says_what_to_write(time, advice):
         assert sun_position(advice.split()[1], 43.4, 7.9).zenith_deg < 120
 
 
-def test_a_list_of_times_is_that_of_each_time():
+def test_lists_and_shapes_of_times_are_those_of_each_time():
     """Texts and datetimes in a list were taken for UTC, whatever their zone."""
     zone = datetime.timezone(datetime.timedelta(hours=2))
     moments = ["2026-06-21T11:30+02:00", datetime.datetime(2026, 6, 21, 11, 30, tzinfo=zone), "2026-06-21T09:30z"]
@@ -141,18 +129,18 @@ def test_a_list_of_times_is_that_of_each_time():
     alone = sun_position("2026-06-21T09:30Z", 43.4, 7.9)
     assert found.azimuth_deg.tolist() == [alone.azimuth_deg.item()] * 4
     assert sun_position(np.array(moments[:1]), 43.4, 7.9).zenith_deg.item() == alone.zenith_deg.item()
+    times = np.datetime64("2023-06-01T10:00:00") + np.arange(6).reshape(2, 3) * np.timedelta64(1, "h")
+    sun = sun_position(times, 10.0, 20.0)
+    assert sun.zenith_deg.shape == sun.azimuth_deg.shape == sun.extraterrestrial_normal.shape == (2, 3)
 
 
-def test_times_of_pandas_keep_their_zone():
+def test_times_of_pandas_keep_their_zone_and_masked_ones_are_refused():
     pandas = pytest.importorskip("pandas")
     local = pandas.DatetimeIndex(["2026-06-21T11:30", "2026-01-21T11:30"]).tz_localize("Europe/Paris")
     found = sun_position(local, 43.4, 7.9).zenith_deg
     assert found.tolist() == sun_position(local.tz_convert("UTC").tz_localize(None), 43.4, 7.9).zenith_deg.tolist()
     with pytest.raises(UsageError, match="is missing"):
         sun_position(pandas.DatetimeIndex(["2026-06-21T11:30", None]).tz_localize("UTC"), 43.4, 7.9)
-
-
-def test_masked_times_are_refused():
     times = np.ma.masked_array(np.array(["2026-06-21T12:00", "1970-01-01"], "M8[s]"), mask=[False, True])
     with pytest.raises(SceneError, match="time has masked values"):
         sun_position(times, 43.4, 7.9)

@@ -6,18 +6,10 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from tests.support.scenes import coarse_atmosphere, copy_scene
+from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
 AMOUNTS = {"ghi": 780.0, "dhi": 140.0}
-
-
-def test_a_sky_without_a_beam_has_no_warning_of_its_share(tmp_path):
-    amc = copy_scene("perez_sky", tmp_path)
-    (amc.parent / "difcol.inp").unlink()
-    scene = sky.read_scene(amc, diffuse_only=True)
-    assert [c.name for c in scene.components] == ["perez"]
-    assert any("is left out" in note for note in scene.notes)
 
 
 def test_a_sky_of_a_file_says_that_there_is_no_beam_to_leave_out():
@@ -115,11 +107,3 @@ def test_a_model_with_one_row_serves_all_wavebands():
     scene = sky.weather_scene(wavebands=[443.0, 555.0], sun_zenith_deg=40.0, **AMOUNTS, sky=OneRow())
     fraction = 1 - 140 / 780
     np.testing.assert_allclose(scene.irradiance.of_component, [[0.3 * fraction / (1 - fraction), 0.3]] * 2, rtol=1e-12)
-
-
-def test_a_sun_that_a_time_replaces_is_noted_under_an_atmosphere_too(tmp_path):
-    pytest.importorskip("pvlib")
-    time = {"time": "2026-06-21T09:30:00Z", "latitude_deg": 54.18, "longitude_deg": 7.89}
-    scene = sky.read_scene(coarse_atmosphere(tmp_path), weather=time)
-    zenith = scene.options["sun"]["zenith_deg"]
-    assert any(f"the sun at a zenith angle of {zenith:.4f}" in note for note in scene.notes)

@@ -138,13 +138,6 @@ def test_what_the_file_does_not_say_stands_beside_it(tmp_path):
     assert not any("taken" in note for note in scene.notes)
 
 
-def test_the_field_is_read_alone_where_it_is_needed(tmp_path):
-    (path := scene_folder(tmp_path)).parent.joinpath("difcol.inp").write_text("4\n" + "1.0 1.0\n" * 4)
-    scene = sky.read_scene(path)
-    assert [c.name for c in scene.components] == ["direct"]
-    assert scene.options["sky"] is None
-
-
 def test_a_field_that_is_dark_where_diffuse_light_is_needed(tmp_path):
     dark = VALUES.copy()
     dark[1] = 0.0
