@@ -9,6 +9,7 @@ import sys
 import time
 
 import pytest
+from tests.support.unfinished import UNFINISHED
 
 import aomc_sky as sky
 from aomc_sky.cli.main import main
@@ -16,6 +17,14 @@ from aomc_sky.engine import cluster as dask_run
 from aomc_sky.engine.run import JobOptions
 from aomc_sky.engine.shards import run_shard
 from tests.support.scenes import copy_scene, run_bytes
+
+KILLED_WRITER = """
+import os, signal, sys
+from pathlib import Path
+from aomc_sky.system import appearing
+with appearing(Path(sys.argv[1]) / "shard-1-of-2.done") as file:
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
 
 BLOCK = 65_536
 ITERATIONS = 6 * BLOCK + 77
@@ -180,3 +189,17 @@ def test_interrupt_of_a_terminal_is_one_line(amc, tmp_path):
         _, said = run.communicate()
     assert run.returncode == 130
     assert said == "aomc-sky: interrupted; run the same command to continue\n"
+
+
+def test_what_a_killed_worker_was_writing_is_removed(run_on, whole, tmp_path):
+    left: list[str] = []
+
+    def kill_a_writer(done, total):
+        if done and not left:
+            subprocess.run([sys.executable, "-c", KILLED_WRITER, str(tmp_path / "out")], check=False)
+            names = filter(UNFINISHED.fullmatch, os.listdir(tmp_path / "out"))
+            left.extend(name for name in names if "shard-1-of-2.done" in name)  # others write, too
+
+    run_on(kill_a_writer)
+    assert len(left) == 1
+    assert run_bytes(tmp_path / "out") == whole

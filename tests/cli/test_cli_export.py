@@ -1,6 +1,7 @@
 """``export`` through main(argv): every format from a plan alone, and everything that can stand in its way."""
 
 import json
+import resource
 import shutil
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from aomc_sky import PhotonSource, Plan, read_mcpl, read_scene, write_mcpl
 from tests.support.fault_rows import command
+from tests.support.processes import start
 from tests.support.scenes import copy_scene
 
 
@@ -165,3 +167,18 @@ def test_a_map_is_what_its_name_says(out, tmp_path, told):
     (tmp_path / "v1.2").mkdir()
     assert command(*words("v1.2", "-q")) == 0
     assert names(tmp_path / "v1.2") == {"envmap.npy", "envmap.json", "plan.npz"}
+
+
+@pytest.mark.parametrize("to", ["npy", "mcpl", "netcdf"])
+def test_a_full_disk_leaves_nothing_half(out, tmp_path, to):
+    if to == "netcdf":
+        pytest.importorskip("h5netcdf")
+    limit = {"npy": 200_000, "mcpl": 200_000, "netcdf": 2000}[to]
+    process = start(
+        *("export", out, "--to", to, "--out", tmp_path / "made"),
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 6, err
+    assert err.startswith(b"aomc-sky: error: cannot write")
+    assert names(tmp_path / "made") <= {"plan.npz"}

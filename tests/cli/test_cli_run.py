@@ -224,3 +224,12 @@ def test_json_and_a_finished_run(amc, tmp_path, told):
 )
 def test_errors_that_are_not_there_are_told(amc, tmp_path, told, words, said):
     assert said in told("run", amc, "--iterations", 1000, "--replicates", 4, *words, "--out", tmp_path / "out").out
+
+
+def test_format_none_emits_nothing(amc, tmp_path, told):
+    out = tmp_path / "out"
+    shown = json.loads(told("run", amc, "--iterations", 10**18, "--format", "none", "--out", out, "--json").out)
+    assert {path.name for path in out.iterdir()} == {"plan.npz", "counts.csv", "manifest.json"}
+    assert shown["total"] == 3 * 10**18
+    assert {band["mean_cosine_photons"] for band in shown["bands"]} == {None}
+    manifest_of(out)

@@ -192,3 +192,14 @@ def test_a_killed_shard_is_made_again_and_needs_no_space_for_what_it_has_written
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=left))
     assert run(amc, out, "--shard", "1/1") == 0, capsys.readouterr().err
     assert run_bytes(out) == whole
+
+
+def test_a_killed_shard_costs_its_photons(amc, tmp_path):
+    more = ("--iterations", 6 * BLOCK)
+    assert run(amc, tmp_path / "whole", *more) == 0
+    end_by(stopped(*words(amc, tmp_path / "out", "--shard", "1/2", *more), block=2), signal.SIGKILL)
+    assert names(tmp_path / "out") > PARTS
+    assert not [name for name in names(tmp_path / "out") if name.endswith((".done", ".npy"))]
+    for k in (2, 1):
+        assert run(amc, tmp_path / "out", "--shard", f"{k}/2", *more) == 0
+    assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")

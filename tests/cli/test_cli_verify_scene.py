@@ -280,3 +280,13 @@ def test_photons_from_dark_zones(verify):
     code, failed, _ = verify(uniform_in_zenith_angle(directions, 0.002, 85), *FIRST, scene=scene)
     assert code == 1
     assert "no photon from dark zones" in failed
+
+
+def test_copies_of_photons_are_found(verify, photons):
+    spoilt = photons.copy()
+    spoilt[1000:1300] = photons[:300]
+    code, failed, report = verify(spoilt, *FIRST)
+    assert (code, failed) == (1, {"photons that repeat another"})
+    (check,) = (check for check in report["checks"] if not check["passed"])
+    assert check["found"] == pytest.approx(300 / len(photons))
+    assert check["detail"].startswith("300 pairs are equal")

@@ -7,7 +7,7 @@ import pytest
 
 import aomc_sky as sky
 from tests.support.fault_rows import command
-from tests.support.scenes import copy_scene, manifest_of
+from tests.support.scenes import copy_scene, manifest_of, run_bytes
 from tests.support.shared import INPUTS
 
 EPW = INPUTS / "weather" / "two_days.epw"
@@ -127,3 +127,15 @@ def test_the_folder_of_a_sky_alone(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
     assert run("--sky", "overcast", "-q") == 0
     assert (tmp_path / "aomc-sky-out" / "manifest.json").is_file()
+
+
+def test_photons_of_an_hour_are_those_of_its_numbers(tmp_path, told):
+    pytest.importorskip("pvlib")
+    shown = json.loads(told("perez", *ROW, *SMALL, "--with-beam", "--out", tmp_path / "hour", "--json").out)
+    manifest = json.loads((tmp_path / "hour" / "manifest.json").read_text())
+    assert manifest["inputs"]["weather"]["name"] == "two_days.epw"
+    numbers = ("--sun-zenith", repr(shown["sun_zenith_deg"]), "--sun-azimuth", repr(shown["sun_azimuth_deg"]))
+    numbers += ("--dni", 496, "--dhi", 281, "--extraterrestrial", repr(shown["extraterrestrial_normal"]))
+    assert command("perez", *numbers, *SMALL, "--with-beam", "--out", tmp_path / "numbers", "-q") == 0
+    one, two = run_bytes(tmp_path / "hour"), run_bytes(tmp_path / "numbers")
+    assert {name for name in one if one[name] != two[name]} == {"manifest.json"}

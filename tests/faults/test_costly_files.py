@@ -11,7 +11,7 @@ from aomc_sky.errors import InputFileError
 from aomc_sky.formats import text_file
 from aomc_sky.formats.aomc import skydist
 from aomc_sky.source.read import kind
-from tests.support.fault_rows import command, launched, row, row_id
+from tests.support.fault_rows import command, launched, photons_of_band, row, row_id
 from tests.support.processes import limited
 from tests.support.scenes import copy_scene
 
@@ -185,3 +185,11 @@ def test_one_file_in_many_tables_is_made_a_sky_once(fault, tmp_path, monkeypatch
     assert made["background_sky"] == 1
     assert made["background_at"] == 3
     assert 0 < made["_unit_lobes"] <= 3
+
+
+@row(11, "sparse-table-on-a-fine-grid")
+def test_a_sparse_table_on_a_fine_grid_is_read(fault, scene, tmp_path):
+    (scene / "skydist.inp").write_text("2 600 1199 1\n550.0\n1 1 0 1.0\n1 600 1199 3.0\n")
+    assert command("run", scene, "--iterations", 4000, "--format", "none", "-q", "--out", tmp_path / "out") == 0
+    for band in (1, 2, 3):
+        assert photons_of_band(tmp_path / "out", band) == {(1, 0): 1000, (600, 1199): 3000}

@@ -124,3 +124,25 @@ def test_the_tables_of_an_atmosphere_replace_nothing_of_others(fault, tmp_path, 
     (other / "report.json").write_text('{"mine": 1}')
     assert command("atmosphere", model, "--out-dir", other, "--no-netcdf", "-q") == 5
     assert (other / "report.json").read_text() == '{"mine": 1}'
+
+
+@row(48, "names-that-only-look-like-ours")
+def test_force_removes_what_a_run_made_and_nothing_else(fault, scene, tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    mine = {
+        "photons-of-my-cat.jpg",
+        "counts.xlsx",
+        "blocks-of-flats.npy",
+        "weights-.npy",
+        "manifest.txt",
+        ".aomc-sky-mine",
+    }
+    words = ["run", scene, "--iterations", 100, "-q", "--out", out]
+    assert command(*words) == 0
+    for name in mine:
+        (out / name).write_text(name)
+    assert command(*words, "--seed", 1) == 5
+    assert command(*words, "--seed", 1, "--force") == 0
+    assert {name: (out / name).read_text() for name in mine} == {name: name for name in mine}
+    assert command("verify", out, "-q") == 0

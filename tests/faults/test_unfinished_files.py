@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import re
 import subprocess
 import sys
 
@@ -12,8 +11,8 @@ import aomc_sky as sky
 from aomc_sky import system
 from aomc_sky.system import appearing, prepare_target
 from tests.support.fault_rows import command, row
+from tests.support.unfinished import UNFINISHED
 
-UNFINISHED = re.compile(r"\.aomc-sky-.+\.[0-9a-f]{8}", re.DOTALL)
 WRITER = """
 import sys, time
 from pathlib import Path

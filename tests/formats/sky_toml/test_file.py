@@ -278,3 +278,13 @@ def test_keys_that_people_write_are_known(section, key, said, tmp_path):
         read_sky_toml(path)
     message = refused.value.problems[0].message
     assert message.endswith(said)
+
+
+def test_spans_in_arrays_of_tables():
+    text = "[[a]]\nk = 1\n[a.b]\nc = [7, 88]\n[[ a ]]\nk = 2\n[[a.d]]\n[[a.d]]\nx = 1\n"
+    spans = key_spans(text)
+    shown = {path: (span.key.line, span.value.column, span.value.width) for path, span in spans.items()}
+    assert shown["a", "0", "b", "c"] == (4, 5, 7)
+    assert shown["a", "1", "k"] == (6, 5, 1)
+    assert shown["a", "1", "d", "1"] == (8, 3, 3)
+    assert ("a", "1", "d", "1", "x") in spans

@@ -1,5 +1,7 @@
 """Beam and sky of each waveband by the spectra of SPCTRL2: what stays as given, what physics asks, what is refused."""
 
+import shutil
+
 import numpy as np
 import pytest
 
@@ -201,3 +203,29 @@ def test_epsilon_and_delta_have_irradiances_too(amc):
     shape = {name: one.options["perez"][name] for name in ("epsilon", "delta")}
     two = sky.read_scene(amc, perez=shape | SPECTRL2)
     np.testing.assert_allclose(two.irradiance.of_component, one.irradiance.of_component, rtol=1e-8)
+
+
+@pytest.mark.parametrize(("dni", "broadband", "blue"), [(850.0, 0.117, 0.291), (900.0, 0.111, 0.283)])
+def test_blue_light_is_more_diffuse_than_the_whole_spectrum(dni, broadband, blue):
+    found = 1.0 - split(dni, 95.0, 32.4, np.array([400.0, 550.0, 700.0])).direct_fraction
+    assert 95.0 / (95.0 + dni * np.cos(np.radians(32.4))) == pytest.approx(broadband, abs=5e-4)
+    assert found[0] == pytest.approx(blue, abs=2e-3)
+    assert found[0] > 2.4 * broadband
+    assert found[2] < 0.8 * broadband
+
+
+def test_light_of_the_night_adds_to_it_and_irradiances_of_sky_toml_win(amc):
+    pytest.importorskip("h5py")
+    toml = amc.parent / "sky.toml"
+    shutil.copy(INPUTS / "night_sky" / "night.h5", amc.parent)
+    text = toml.read_text()
+    toml.write_text(text + '\n[[background]]\nfile = "night.h5"\ntime = 2026-02-14T21:30:00Z\n')
+    scene = sky.read_scene(amc, perez=SPECTRL2)
+    found = split(850.0, 95.0, 32.4, scene.wavebands.wavelength_nm)
+    np.testing.assert_allclose(scene.irradiance.of_component[:, 0], found.direct_irradiance, rtol=1e-12)
+    assert scene.irradiance.of_component.shape[1] > 2
+    toml.write_text(text + "\n[sky]\ndiffuse_irradiance = [0.25, 0.25, 0.25, 0.25]\n")
+    given = sky.read_scene(amc, perez=SPECTRL2)
+    np.testing.assert_allclose(given.irradiance.of_component[:, 1], 0.25, rtol=1e-12)
+    beam = 0.25 * found.direct_fraction / (1.0 - found.direct_fraction)
+    np.testing.assert_allclose(given.irradiance.of_component[:, 0], beam, rtol=1e-9)

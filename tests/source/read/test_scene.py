@@ -226,3 +226,14 @@ def test_program_inputs(name):
     scene = sky.read_scene(AOMC / "program_inputs" / name)
     assert scene.n_photons.min() >= 1_000_000
     assert scene.source().counts.sum() == scene.n_photons.sum()
+
+
+def test_all_problems_of_all_files_at_once(tmp_path):
+    write_scene(tmp_path, sky_text="1 2 2 1\n500\n1 9 0 1.0\n")
+    (tmp_path / "lambbot.inp").write_text("1\n500 1.5 0\n")
+    with pytest.raises(sky.InputFileError) as caught:
+        sky.read_scene(tmp_path)
+    assert {p.code for p in caught.value.problems} == {"E202", "E301"}
+    (tmp_path / "skydist.inp").unlink()
+    with pytest.raises(sky.InputFileError, match="no such file"):
+        sky.read_scene(tmp_path)
