@@ -105,7 +105,8 @@ def test_components_fit_the_sampler(model):
 @every_model
 def test_scenes_take_models_as_they_are(model):
     given = sky.Scene(wavebands=[450, 550], n_photons=500, components=model)
-    by_hand = sky.Scene(wavebands=[450.0, 550.0], n_photons=[500, 500], components=model.lower([450.0, 550.0]))
+    bands = {"wavebands": [450.0, 550.0], "n_photons": [500, 500], "sky_wavelength_nm": given.sky_wavelength_nm}
+    by_hand = sky.Scene(**bands, components=model.lower([450.0, 550.0]))
     assert given.source(seed=2).plan.sha256 == by_hand.source(seed=2).plan.sha256
 
 

@@ -127,36 +127,10 @@ def field_and_bounds(field: Any, variable: str | None) -> tuple[Any, dict[str, A
 
 def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any]) -> Axis | None:
     """The coordinate of a role: the one that is named, or the only one whose name or standard name says it."""
-    if given is not None:
-        if given not in field.coords:
-            raise FieldError(f"the field has no coordinate {given!r}; it has {_listed(field)}", argument=role)
-        candidates = [given]
-    else:
-        candidates = [str(name) for name in field.coords if _has_role(str(name), field.coords[name], role)]
-    if role == "wavelength" and role in candidates:
-        candidates = [role]
-    elif len(candidates) > 1:  # altitude without a unit beside zenith angles is a height
-        candidates = [one for one in candidates if one != "altitude" or stated_unit(field.coords[one].attrs)]
-    if len(candidates) > 1:
-        shown = ", ".join(map(repr, candidates))
-        message = f"the field has {len(candidates)} coordinates that may be its {role}: {shown}"
-        advice = f"leave the others out of the file, or say which one: {role}='NAME' (Python, or [sky] of sky.toml)"
-        raise FieldError(message, advice, role)
-    if not candidates:
-        if role == "wavelength" and any("wavenumber" in str(name).lower() for name in field.coords):
-            raise FieldError("the field has wavenumbers", "give wavelengths, and radiances per nm", role)
-        if role == "zenith":
-            message = f"the field has no coordinate of zenith angles among {_listed(field)}"
-            advice = "give it the name zenith, or say which one it is: zenith='NAME' (Python, or [sky] of sky.toml)"
-            single = {str(name): one.expand_dims("one") for name, one in field.coords.items() if not one.dims}
-            if alone := next((name for name, one in single.items() if _has_role(name, one, role)), None):
-                message = f"the field has one zenith angle, and its coordinate {alone!r} has no dimension"
-                advice = f"give it one: field.expand_dims({alone!r})"
-            if any("nadir" in str(name).lower() for name in field.coords):
-                advice = "write zenith angles, 0 overhead: 180 degrees minus the angles from the nadir"
-            raise FieldError(message, advice)
+    name = _name_of(field, role, given)
+    if name is None:
         return None
-    name, coordinate = candidates[0], field.coords[candidates[0]]
+    coordinate = field.coords[name]
     try:
         values = np.asarray(coordinate.values, dtype=np.float64)
         values = np.where(np.isin(values, GAP_NUMBERS), np.nan, values)
@@ -182,6 +156,42 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
             message = f"the bounds of coordinate {name!r} have the shape {edges.shape}, or are not finite"
             raise FieldError(message, f"write two finite bounds for each of {values.size} angles", "table")
     return Axis(name, tuple(map(str, coordinate.dims)), values.ravel(), attributes, edges, absent)
+
+
+def _name_of(field: Any, role: str, given: str | None) -> str | None:
+    """The name of the coordinate of a role; None where the field has none and needs none."""
+    if given is not None:
+        if given not in field.coords:
+            raise FieldError(f"the field has no coordinate {given!r}; it has {_listed(field)}", argument=role)
+        return given
+    candidates = [str(name) for name in field.coords if _has_role(str(name), field.coords[name], role)]
+    if role == "wavelength" and role in candidates:
+        return role
+    if len(candidates) > 1:  # altitude without a unit beside zenith angles is a height
+        candidates = [one for one in candidates if one != "altitude" or stated_unit(field.coords[one].attrs)]
+    if len(candidates) > 1:
+        shown = ", ".join(map(repr, candidates))
+        message = f"the field has {len(candidates)} coordinates that may be its {role}: {shown}"
+        advice = f"leave the others out of the file, or say which one: {role}='NAME' (Python, or [sky] of sky.toml)"
+        raise FieldError(message, advice, role)
+    if not candidates and role == "wavelength" and any("wavenumber" in str(name).lower() for name in field.coords):
+        raise FieldError("the field has wavenumbers", "give wavelengths, and radiances per nm", role)
+    if not candidates and role == "zenith":
+        raise _without_zenith(field)
+    return candidates[0] if candidates else None
+
+
+def _without_zenith(field: Any) -> FieldError:
+    """What to do about a field without a coordinate of zenith angles."""
+    message = f"the field has no coordinate of zenith angles among {_listed(field)}"
+    advice = "give it the name zenith, or say which one it is: zenith='NAME' (Python, or [sky] of sky.toml)"
+    single = {str(name): one.expand_dims("one") for name, one in field.coords.items() if not one.dims}
+    if alone := next((name for name, one in single.items() if _has_role(name, one, "zenith")), None):
+        message = f"the field has one zenith angle, and its coordinate {alone!r} has no dimension"
+        advice = f"give it one: field.expand_dims({alone!r})"
+    if any("nadir" in str(name).lower() for name in field.coords):
+        advice = "write zenith angles, 0 overhead: 180 degrees minus the angles from the nadir"
+    return FieldError(message, advice)
 
 
 def sentences(attributes: Mapping[str, Any]) -> list[str]:
