@@ -9,7 +9,6 @@ import sys
 import time
 
 import pytest
-from tests.support.unfinished import UNFINISHED
 
 import aomc_sky as sky
 from aomc_sky.cli.main import main
@@ -17,6 +16,7 @@ from aomc_sky.engine import cluster as dask_run
 from aomc_sky.engine.run import JobOptions
 from aomc_sky.engine.shards import run_shard
 from tests.support.scenes import copy_scene, run_bytes
+from tests.support.unfinished import UNFINISHED
 
 KILLED_WRITER = """
 import os, signal, sys

@@ -8,11 +8,11 @@ import signal
 import sys
 
 import pytest
-from tests.support.forked_commands import SERVER
 
 from aomc_sky.cli.main import main
 from aomc_sky.outputs.run_folder import LOCK, RunFolder
 from tests.support.fault_rows import row, row_id
+from tests.support.forked_commands import SERVER
 from tests.support.processes import end_by, stopped
 from tests.support.scenes import copy_scene
 
