@@ -116,7 +116,9 @@ def test_an_atmosphere_is_solved_by_its_command(tmp_path, told):
 
 
 def test_more_bands_than_a_picture_holds_are_told(tmp_path, told):
-    table = sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 6)), grid=sky.PatchGrid.regular(2, 3))
+    table = sky.TabulatedSky(
+        wavelength_nm=[500.0], values=np.ones((1, 6)), grid=sky.PatchGrid.regular(2, 3), has_wavelength=False
+    )
     bands = sky.Wavebands(wavelength_nm=np.linspace(400.0, 700.0, 30))
     scene = sky.Scene(wavebands=bands, n_photons=100, components=(table,))
     scene.source(0).plan.save(tmp_path / "plan.npz")
