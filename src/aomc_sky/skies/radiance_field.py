@@ -60,12 +60,14 @@ def read_radiance_field(
     grid: PatchGrid | None = None,
     sun_azimuth_deg: float | None,
     sun: Mapping[str, Any] = MappingProxyType({}),
+    may_ignore_sun: bool = False,
 ) -> dict[str, Any]:
     """Turn a radiance with coordinates, as xarray has it, into arguments of a `TabulatedSky`.
 
     Zenith angles and azimuths that are dimensions of the field become patches: between their bounds, or half-way
     between them. Those of scattered directions, and fields with NaN, are interpolated on the sphere to `grid`, with
-    `sun` as `RadianceField` has it; `sun_azimuth_deg` is for azimuths that count from the sun.
+    `sun` as `RadianceField` has it; `sun_azimuth_deg` is for azimuths that count from the sun. A sun that nothing needs
+    is a UsageError, unless `may_ignore_sun`.
     """
     field, bounds = field_and_bounds(field, variable)
     roles = ("zenith", "azimuth", "wavelength")
@@ -97,7 +99,7 @@ def read_radiance_field(
         product = PatchGrid(zenith_bounds_deg=rings, azimuth_bounds_deg=bounds_of_columns)
         _check_radiances(values)
         if not np.isnan(values).any():
-            if not is_from_sun and any(one is not None for one in sun.values()):
+            if not (is_from_sun or may_ignore_sun) and any(one is not None for one in sun.values()):
                 message = "the sun: not used with a field that has a value in every direction of its grid"
                 raise UsageError(f"{message}; leave out --sun-zenith and --sun-azimuth (sun_zenith_deg=, ...)")
             slope = None

@@ -292,18 +292,16 @@ class _Reading:
 
 def _readings(lines: list[str], fields: tuple[Field, ...]) -> list[_Reading]:
     """The lines of the fields, read in both ways."""
-    seen = [_what_a_person_reads(line, field) for line, field in zip(lines, fields, strict=False)]
-    columns = [line[_START : _START + field.width] for line, field in zip(lines, fields, strict=False)]
+    pairs = list(zip(lines, fields, strict=False))
+    seen = [_what_a_person_reads(line, field) for line, field in pairs]
+    columns = [line[_START : _START + field.width] for line, field in pairs]
     words = [token.removesuffix(",") for token, _ in seen]  # no number ends with a comma
-    values = values_of(columns, words, [field.decimals for field in fields])
-    return [
-        _Reading(
-            field=field, span=Span(number, column, line, max(len(token), 1)), token=token, value=value, meant=meant
-        )
-        for number, (line, field, (token, column), (value, meant)) in enumerate(
-            zip(lines, fields, seen, values, strict=False), start=1
-        )
-    ]
+    values = values_of(columns, words, [field.decimals for _, field in pairs])
+    readings = []
+    for number, ((line, field), (token, column), both) in enumerate(zip(pairs, seen, values, strict=True), start=1):
+        span = Span(number, column, line, max(len(token), 1))
+        readings.append(_Reading(field=field, span=span, token=token, value=both[0], meant=both[1]))
+    return readings
 
 
 def _checked(reading: _Reading, report: Report) -> int | float | None:

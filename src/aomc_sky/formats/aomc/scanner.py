@@ -115,7 +115,7 @@ def values_of(
     """What Fortran reads in the columns of each line, and what a person reads in its word."""
     return [
         (fixed_value(text, d), list_integer(word) if d is None else list_real(word))
-        for text, word, d in zip(columns, words, decimals, strict=False)
+        for text, word, d in zip(columns, words, decimals, strict=True)
     ]
 
 

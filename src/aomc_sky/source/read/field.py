@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.errors import FieldError, InputFileError, UsageError
+from aomc_sky.errors import FieldError, InputFileError
 from aomc_sky.formats import netcdf
 from aomc_sky.formats.radiance_csv import read_radiance_points
 from aomc_sky.formats.sky_toml.file import problem_of_key
@@ -145,12 +145,8 @@ def read_field(section: FieldSection, sun: SunSection, *, may_ignore_sun: bool) 
         from aomc_sky.skies.polarised_field import read_polarised_field
 
         read = partial(read_polarised_field, (field, names), section.stokes_signs or (1, 1), **how)
-    try:
-        made = read(sun={"sun_zenith_deg": sun.zenith_deg, "sun_azimuth_deg": sun.azimuth_deg})
-    except UsageError:
-        if not may_ignore_sun:
-            raise
-        made = read()
+    of_sun = {"sun_zenith_deg": sun.zenith_deg, "sun_azimuth_deg": sun.azimuth_deg}
+    made = read(sun=of_sun, may_ignore_sun=may_ignore_sun)
     return SkyField(section=section, variable=names[0], sky=TabulatedSky(weighting=Weighting.PROJECTED, **made))
 
 
