@@ -1,0 +1,55 @@
+"""What a file says in words is shown to a person, and changes nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from aomc_sky.formats.report import printable
+
+_PLAIN = (
+    "zenith angle", "viewing zenith angle", "view zenith angle", "azimuth", "azimuth angle", "viewing azimuth angle",
+    "view azimuth angle", "radiance", "sky radiance", "spectral radiance", "wavelength",
+)  # fmt: skip
+"""Texts that say no more than a name does."""
+_NEVER_QUOTED = (
+    "units", "bounds", "axis", "calendar", "coordinates", "cell_measures", "grid_mapping", "positive", "standard_name",
+    "_fillvalue", "missing_value", "valid_min", "valid_max", "valid_range", "scale_factor", "add_offset",
+    "ancillary_variables", "azimuth_convention", "sun_zenith_deg", "sun_azimuth_deg", "conventions", "history",
+    "institution", "source", "references",
+)  # fmt: skip
+"""Attributes that state something, or where a file comes from."""
+MOST_TEXTS = 5
+SAYS, UNUSED, BRIGHTEST = "the file says", "not used:", "brightest sky:"
+"""How the three notes begin that are always shown: what a person should read."""
+
+
+def quote(texts: Iterable[str]) -> list[str]:
+    """The note of what a file says in words, a list of one; empty without texts that say more than a name."""
+    said = dict.fromkeys(" ".join(text.split()) for text in texts)
+    said = {text: None for text in said if text and text.lower().rstrip(".") not in _PLAIN}
+    shown = [f'"{printable(text)}"' for text in list(said)[:MOST_TEXTS]]
+    more = f"; and {len(said) - MOST_TEXTS} more" if len(said) > MOST_TEXTS else ""
+    return [f"{SAYS} {'; '.join(shown)}{more} (texts change nothing)"] if said else []
+
+
+def unused_note(what: Mapping[str, Iterable[str]]) -> list[str]:
+    """The note of columns, variables and the like that were not used, a list of one; empty without any."""
+    named = {kind: list(names) for kind, names in what.items()}
+    shown = [
+        f"{kind} {', '.join(map(printable, names[:MOST_TEXTS]))}"
+        + (f" and {len(names) - MOST_TEXTS} more" if len(names) > MOST_TEXTS else "")
+        for kind, names in named.items()
+        if names
+    ]
+    return [f"{UNUSED} {'; '.join(shown)}"] if shown else []
+
+
+def texts_of(attributes: Mapping[str, Any]) -> list[str]:
+    """What attributes say in words or numbers, beside those that state something: 'gain: 0.1'."""
+    texts = []
+    for name, value in attributes.items():
+        if str(name).lower() not in _NEVER_QUOTED:
+            text = " ".join(str(value).split())
+            texts.append(text if str(name) in ("long_name", "comment", "title", "description") else f"{name}: {text}")
+    return texts
