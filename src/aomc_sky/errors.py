@@ -94,9 +94,13 @@ class PluginError(SceneError):
 class FieldError(SceneError):
     """A radiance field that cannot be read as it is; `argument` is the one, or the key of [sky], that can help."""
 
-    def __init__(self, message: str, advice: str = "", argument: str = "table") -> None:
+    def __init__(
+        self, message: str, advice: str = "", argument: str = "table", more: Sequence[FieldError] = ()
+    ) -> None:
         self.message, self.advice, self.argument = message, advice, argument
-        super().__init__(f"{message}; {advice}" if advice else message)
+        self.all = (self, *more)  #: This one, and further questions on the same field
+        said = f"{message}; {advice}" if advice else message
+        super().__init__(". ".join([said, *map(str, more)]))
 
 
 class AllocationError(AomcSkyError):

@@ -149,21 +149,35 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
 
 def add_measured_options(parser: argparse.ArgumentParser) -> None:
     """Options for a table of measured radiances that does not state its conventions."""
-    add_table(parser, _MEASURED_OPTIONS, {"isel": _dimension_index, "stokes_signs": values.whole_number})
+    kinds = {"coordinate": _coordinate, "isel": _dimension_index, "stokes_signs": values.whole_number}
+    add_table(parser, _MEASURED_OPTIONS, kinds)
 
 
 _MEASURED_OPTIONS = """\
-a measured sky (.csv, .tsv) or a radiance field (.nc; default: what the file says):
---azimuth-convention WORDS  from where its azimuths count and which way: 'clockwise from north', 'west of south', 'from
-                        the sun' (with --sun-azimuth)
+a measured sky (.csv, .tsv) or a radiance field (.nc; default: what the file states):
+--azimuth-convention WORDS  from where its azimuths count and which way: clockwise or counterclockwise, from north, east,
+                        south, west, the sun or the antisun, as 'clockwise from north'
 --angle-unit deg|rad    of its angles
+--wavelength-unit nm|um|m|angstrom  of its wavelengths
 --radiance-unit UNIT    of its radiances, such as 'mW m-2 nm-1 sr-1', or relative
---variable NAME         the radiance of a file with several variables; alone, without Q and U beside it
---variable-q NAME       the Stokes parameter Q, where its name does not say it; with --variable-u
+--decimal point|comma   sign of the decimals of a table
+--coordinate ROLE=NAME  a column or coordinate of another name: zenith, elevation, azimuth or wavelength, as zenith=vza;
+                        repeatable
+--variable NAME         the radiance, where it has another name; alone, without Q and U beside it
+--variable-q NAME       the Stokes parameter Q, where its name is not radiance_q; with --variable-u
 --variable-u NAME       the same of U
 --stokes-signs Q U      1 or -1 for each: factors that bring them to our signs (docs/conventions.md)
 --isel DIM=INDEX        the index to take of a further dimension, from 0; repeatable
 """
+
+
+def _coordinate(text: str) -> tuple[str, str]:
+    """What a coordinate is, and its name, of ROLE=NAME."""
+    role, _, name = text.partition("=")
+    if role not in ("zenith", "elevation", "azimuth", "wavelength") or not name:
+        message = f"expected ROLE=NAME with zenith, elevation, azimuth or wavelength, as zenith=vza, got {text!r}"
+        raise argparse.ArgumentTypeError(message)
+    return role, name
 
 
 def _dimension_index(text: str) -> tuple[str, int]:
@@ -254,17 +268,22 @@ def sky_option_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
     return dict(arguments.sky_option)
 
 
-def given_options(
-    arguments: argparse.Namespace, *options: str | Callable[[argparse.ArgumentParser], object]
-) -> list[str]:
-    """The options that the user gave, out of those that tables and functions describe."""
+def _left_out(*options: str | Callable[[argparse.ArgumentParser], object]) -> dict[str, Any]:
+    """Values of the options that tables and functions describe, where nobody gives them."""
     parser = argparse.ArgumentParser(add_help=False)
     for one in options:
         if isinstance(one, str):
             add_table(parser, one, seed=0)
         else:
             one(parser)
-    left_out = vars(parser.parse_args([]))
+    return vars(parser.parse_args([]))
+
+
+def given_options(
+    arguments: argparse.Namespace, *options: str | Callable[[argparse.ArgumentParser], object]
+) -> list[str]:
+    """The options that the user gave, out of those that tables and functions describe."""
+    left_out = _left_out(*options)
     return ["--" + name.replace("_", "-") for name, value in left_out.items() if getattr(arguments, name) != value]
 
 
@@ -388,20 +407,23 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
         "wavelength_nm": getattr(arguments, "wavelengths", None),
         "wavebands": wavebands,
     }
-    words = {name: getattr(arguments, name) for name in ("azimuth_convention", "angle_unit", "radiance_unit")}
-    of_fields = ("variable", "variable_q", "variable_u", "stokes_signs", "isel")
+    of_fields = ("variable_q", "variable_u", "stokes_signs", "isel")
     for name in given_options(arguments, add_measured_options) if not is_field else ():
         if attribute(name) in of_fields:
             raise UsageError(f"{name} is for a radiance field (.nc); {path} is none")
+    stated: dict[str, Any] = {name: getattr(arguments, name) for name in _left_out(add_measured_options)}
+    named = stated.pop("coordinate") or []
+    for role, _ in named:
+        if [one for one, _ in named].count(role) > 1:
+            raise UsageError(f"--coordinate {role} is given twice")
+    stated["isel"] = tuple(stated["isel"] or ())
     with status_line("interpolating the sky", enabled=is_verbose(arguments)):
         from aomc_sky.formats.sky_toml.sections import FieldSection
         from aomc_sky.source.read.radiance_scene import field_scene, measured_scene
 
-        if not is_field:
-            return measured_scene(path, given, **words, **how)
-        chosen = {name: getattr(arguments, name) for name in of_fields}
-        section = FieldSection(file=path, **words, **{**chosen, "isel": tuple(chosen["isel"] or ())})
-        return field_scene(section, given, **how)
+        section = FieldSection(file=path, **stated, **dict(named))
+        section.check()
+        return (field_scene if is_field else measured_scene)(section, given, **how)
 
 
 _BACKGROUND_OPTIONS = """\

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from aomc_sky.formats.report import printable
@@ -43,6 +43,23 @@ def unused_note(what: Mapping[str, Iterable[str]]) -> list[str]:
         if names
     ]
     return [f"{UNUSED} {'; '.join(shown)}"] if shown else []
+
+
+MOST_OTHERS = 2
+
+
+def shown_notes(notes: Sequence[str]) -> tuple[list[str], int]:
+    """The notes of a scene that a person reads without asking, and how many others there are.
+
+    A scene of radiances shows its three notes and two more; any other scene shows all.
+    """
+    if not any(BRIGHTEST in note for note in notes):
+        return list(notes), 0
+    is_first = [any(mark in note for mark in (SAYS, UNUSED, BRIGHTEST)) for note in notes]
+    others = [note for note, first in zip(notes, is_first, strict=True) if not first]
+    kept = others[:MOST_OTHERS]
+    shown = [note for note, first in zip(notes, is_first, strict=True) if first or note in kept]
+    return shown, len(notes) - len(shown)
 
 
 def texts_of(attributes: Mapping[str, Any]) -> list[str]:

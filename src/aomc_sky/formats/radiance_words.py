@@ -1,52 +1,131 @@
-"""Words for radiances of the sky that tables and fields share: names, units of angles and wavelengths, gaps."""
+"""What a table or a field of radiances may state: names, keys, units and gaps. Everything else in it is text."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
 
 import numpy as np
 
-from aomc_sky.formats.azimuth_words import speaks_of_azimuths
+from aomc_sky.directions import AzimuthConvention
+from aomc_sky.errors import UsageError
+from aomc_sky.formats.azimuth import given_convention
+from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
+from aomc_sky.formats.report import quoted
 
-_ROLES = {
-    name: role
-    for role, names in {
-        "zenith": "zenith zenith_angle za zen vza theta θ polar_angle sky_zenith sky_zenith_angle view_zenith "
-        "viewing_zenith view_zenith_angle viewing_zenith_angle",
-        "elevation": "elevation elevation_angle elev el altitude altitude_angle alt sky_elevation view_elevation "
-        "elev_angle",
-        "azimuth": "azimuth azimuth_angle az azi phi φ ϕ vaa sky_azimuth sky_azimuth_angle view_azimuth "
-        "viewing_azimuth view_azimuth_angle viewing_azimuth_angle",
-        "relative azimuth": "relative_azimuth relative_azimuth_angle raa azimuth_from_sun rel_azimuth",
-        "wavelength": "wavelength wavelengths wave_length wl wvl lambda lam λ nm",
-        "radiance": "radiance sky_radiance spectral_radiance l lsky l_sky",
-    }.items()
-    for name in names.split()
+DIRECTIONS = ("zenith", "elevation", "azimuth")
+COORDINATES = (*DIRECTIONS, "wavelength")
+NAMES = {
+    **{f"{role}{unit}": (role, unit[1:]) for role in DIRECTIONS for unit in ("", "_deg", "_rad")},
+    **{f"wavelength{unit}": ("wavelength", unit[1:]) for unit in ("", "_nm", "_um")},
 }
-_OF_THE_SKY = (
-    "sky", "mean", "average", "avg", "median", "measured", "value", "values", "total", "down", "downwelling", "angle",
-    "deg", "degree", "degrees", "rad", "radian", "radians",
-)  # fmt: skip
-"""What names may add before a unit in brackets: radiance_mean (W m-2 nm-1 sr-1)."""
-_WIDE = re.compile(r"(?:(?:(?:sky|spectral)[_ ]?)?radiance|l(?:_?sky)?)?[_ ]*(\d{3,4}(?:\.\d+)?)[_ ]*(?:nm)?", re.I)
+"""Names of columns and coordinates: what each is, and the unit that it states."""
+RADIANCE, RADIANCE_Q, RADIANCE_U = "radiance", "radiance_q", "radiance_u"
+AT_WAVELENGTH = re.compile(r"(?:radiance|l)_(\d+(?:\.\d+)?)", re.I)
+"""A column of radiances at one wavelength [nm]: L_412."""
 KEYS = {
-    key: name
-    for name, keys in {
-        "azimuth": "azimuth azimuths azimuth_convention",
-        "angle": "angle_unit angle_units angles",
-        "radiance": "radiance_unit radiance_units radiance unit units",
-        "sun_zenith": "sun_zenith solar_zenith sun_zenith_angle solar_zenith_angle sza",
-        "sun_azimuth": "sun_azimuth solar_azimuth sun_azimuth_angle solar_azimuth_angle saa",
-        "wavelength": "wavelength wave_length wl lambda",
-    }.items()
-    for key in keys.split()
+    "azimuth": "azimuth",
+    "azimuth convention": "azimuth",
+    "angle unit": "angle_unit",
+    "radiance unit": "radiance_unit",
+    "wavelength": "wavelength",
+    "wavelength unit": "wavelength_unit",
+    "sun zenith": "sun_zenith_deg",
+    "sun azimuth": "sun_azimuth_deg",
+    "decimal": "decimal",
 }
-"""Keys of lines '# key: value', and their subjects."""
+"""Keys of lines '# key: value' of a table, and what each states."""
+DECIMALS = ("point", "comma")
 
-GAPS = ("", "nan", "na", "n/a", "null", "none", "-", "--")
-GAP_NUMBERS = (-999.0, -9999.0, 1e20, float(np.float32(1e20)))  #: The last two are those of climate models.
+ANGLE_DEGREES = {
+    **dict.fromkeys(("deg", "degree", "degrees", "degree_true", "degrees_true"), 1.0),
+    **dict.fromkeys(("rad", "radian", "radians"), 180 / np.pi),
+}
+"""Units of an angle, in degrees."""
+TRUE_NORTH = ("degree_true", "degrees_true")
+"""Units of CF for angles clockwise from north."""
+CF_CLOCKWISE = ("sensor_azimuth_angle", "platform_azimuth_angle")
+"""CF standard names of azimuths clockwise from north."""
+_METRES = [f"met{end}" for end in ("er", "ers", "re", "res")]
+LENGTH_NM = {
+    **dict.fromkeys(("nm", *(f"nano{one}" for one in _METRES)), 1.0),
+    **dict.fromkeys(("um", "micron", "microns", *(f"micro{one}" for one in _METRES)), 1e3),
+    **dict.fromkeys(("angstrom", "angstroms"), 0.1),
+    **dict.fromkeys(("m", *_METRES), 1e9),
+}
+"""Units of a wavelength, in nm."""
+LEAST_NM, MOST_NM = 20.0, 1e5
+"""Wavelengths outside of these, in nm as they are read, have another unit."""
+
+SAY_ANGLE = "write --angle-unit deg or rad (angle_unit=)"
+SAY_LENGTH = "write --wavelength-unit nm, um, m or angstrom (wavelength_unit=)"
+SAY_SUN = "write --sun-azimuth DEG, from east towards north (sun_azimuth_deg=)"
+SAY_COMES_FROM = "write where light comes from: 180 degrees minus the zenith angle, the azimuth plus 180 degrees"
+
+
+def say_coordinate(role: str, names: Sequence[str] = ()) -> str:
+    """How to say which name is a coordinate, or the radiance, with the nearest one of a file."""
+    name = next(iter(get_close_matches(role, names, 1, 0.4)), "NAME")
+    if role == RADIANCE:
+        return f"write --variable {quoted(name) if ' ' in name else name} (variable=)"
+    option = f"{role}={name}"
+    return f"write --coordinate {quoted(option) if ' ' in option else option} ({role}=)"
+
+
+def plain_unit(unit: str) -> str:
+    """A unit in small letters, with u for micro."""
+    return unit.strip().lower().replace("µ", "u").replace("μ", "u")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Stated:
+    """What a caller states about a table or a field: it comes before what the file states, None leaves it to that."""
+
+    zenith: str | None = None  #: Names of columns or coordinates
+    elevation: str | None = None
+    azimuth: str | None = None
+    wavelength: str | None = None
+    variable: str | None = None  #: Name of the radiances
+    variable_q: str | None = None
+    variable_u: str | None = None
+    stokes_signs: tuple[float, float] | None = None  #: Factors of Q and U, 1 or -1
+    isel: tuple[tuple[str, int], ...] = ()  #: The index to take of dimensions that are neither angles nor wavelengths
+    angle_unit: str | None = None  #: "deg" or "rad"
+    azimuth_convention: AzimuthConvention | str | None = None
+    wavelength_unit: str | None = None  #: One of `LENGTH_NM`
+    radiance_unit: str | None = None  #: Such as "mW m-2 nm-1 sr-1", or "relative"
+    decimal: str | None = None  #: One of `DECIMALS`
+
+    def check(self) -> None:
+        """UsageError for a word that none of the tables has."""
+        if self.angle_unit not in (None, "deg", "rad"):
+            raise UsageError(f"angle_unit must be 'deg' or 'rad', got {self.angle_unit!r}")
+        if self.wavelength_unit is not None and plain_unit(str(self.wavelength_unit)) not in LENGTH_NM:
+            raise UsageError(f"wavelength unit {self.wavelength_unit!r} is not known; {SAY_LENGTH}")
+        if self.radiance_unit is not None and radiance_factor(str(self.radiance_unit)) is None:
+            raise UsageError(f"radiance unit {self.radiance_unit!r} is not known; {SAY_UNIT}")
+        if self.decimal not in (None, *DECIMALS):
+            raise UsageError(f"decimal must be 'point' or 'comma', got {self.decimal!r}")
+        if self.zenith is not None and self.elevation is not None:
+            raise UsageError("zenith and elevation name the same angle: give one of them")
+        if (self.variable_q is None) != (self.variable_u is None):
+            raise UsageError("variable_q and variable_u belong together: give both, or none")
+        if self.stokes_signs is not None and (
+            len(self.stokes_signs) != 2 or any(sign not in (-1, 1) for sign in self.stokes_signs)
+        ):
+            raise UsageError(f"stokes_signs are two of 1 and -1, for Q and for U, got {self.stokes_signs!r}")
+
+    @property
+    def convention(self) -> AzimuthConvention | None:
+        """The convention as a member."""
+        return None if self.azimuth_convention is None else given_convention(self.azimuth_convention)
+
+
+GAPS = ("", "nan")
+GAP_NUMBERS = (-999.0, -9999.0)
+"""Words and numbers of a table that stand for a gap."""
 MAX_RADIANCE = 1e30
 """Larger numbers are fill values, in any unit."""
 _NINES = re.compile(r"9{3,7}|9{2,5}\.9{1,3}")  #: Numbers of nines alone, from 99.9 on.
@@ -54,121 +133,6 @@ _LARGEST = (32767.0, 65535.0)  #: The largest whole numbers of two bytes.
 _FILL, _FILL_BEYOND = 1e10, 1e6  #: Numbers from here on, so many times the next radiance, are likely fill values.
 _FAR_BEYOND = 2.0  #: So many times the next radiance is a number of nines a gap rather than a radiance.
 _FAR_BEYOND_DECIMAL = 5.0  #: The same of nines with decimals: a rounded radiance next to the sun may have them.
-
-TRUE_NORTH = ("degree_true", "degrees_true", "deg_true")
-"""Units of CF for angles clockwise from north."""
-ANGLE_DEGREES = {
-    **dict.fromkeys(("deg", "degree", "degrees", "°", *TRUE_NORTH), 1.0),
-    **dict.fromkeys(("rad", "radian", "radians"), 180 / np.pi),
-}
-"""Units of an angle, in degrees, by their `plain_unit`."""
-SAY_ANGLE = "write --angle-unit deg or rad (angle_unit=)"
-SAY_SUN = "write --sun-azimuth DEG, from east towards north (sun_azimuth_deg=)"
-
-_METRES = [f"met{end}" for end in ("er", "ers", "re", "res")]
-LENGTH_NM = {
-    **dict.fromkeys(("nm", *(f"nano{one}" for one in _METRES)), 1.0),
-    **dict.fromkeys(("um", "micron", "microns", *(f"micro{one}" for one in _METRES)), 1e3),
-    **dict.fromkeys(("angstrom", "angstroms", "a", "å"), 0.1),
-    **dict.fromkeys(("m", *_METRES), 1e9),
-}
-"""Units of a wavelength, in nm, by their `plain_unit`."""
-LEAST_NM, MOST_NM = 20.0, 1e5
-"""Wavelengths outside of these, in nm as they are read, have another unit."""
-ON_ZENITHS = re.compile(r"\b(?:zeniths?|theta|view(?:ing)? angles?)\b", re.I)
-"""Names of zenith angles in a text."""
-FROM_HORIZON = re.compile(
-    r"(?<!sun )(?<!solar )(?<!site )(?<!station )(?<!sun's )\b(?:elevation|altitude)s?\b(?!\W*\d)(?! of (?:the )?s)"
-    r"|(?<!sun )\b(?:from|above|over) (?:the )?horizon\b(?! to)|(?<![=:] )(?<!180 )(?<! is )(?<! at )(?<! to )\bnadir\b"
-    r"|(?<![\d.])0 ?(?:deg\w*|°)? ?(?:=|is|at|:)? ?(?:the )?(?:horizon|nadir)\b"
-    r"|\b90 ?(?:deg\w*|°)? ?(?:=|is|at|:) ?(?:the )?(?:zenith|overhead|vertical)\b",
-    re.I,
-)
-"""Words of a text on angles that are no zenith angles; those of the sun or a site are on something else."""
-COSINES = re.compile(r"\b(?:cos|cosines?)\b", re.I)
-STATED_FACTOR = re.compile(
-    r"\b(?:multiply(?![ -]scatter)|multiplied|divided?|scaled?|scaling|factor)\b|\bunits? of (?:1e|10 ?\^?)[-+]?\d"
-    r"|\b(?:radiances?|values)\b[^.;:]{0,40}?(?<!\d)(?<!\d )(?:\b(?:x|times)|[*\N{MULTIPLICATION SIGN}])"
-    r" ?1(?:0{2,}|0 ?\^|e[-+]?\d)"  # no 1000 x 1000 pixels
-    r"|\bradiances? per (?!1 ?nm)\d+(?:\.\d+)? ?nm\b"
-    r"|\b(?:sun|solar)[- ]normali[sz]ed\b|\bnormali[sz]ed (?:to|by|with)\b",
-    re.I,
-)
-"""Words of a text on radiances that are in another unit than the one stated."""
-_WEIGHTED = re.compile(
-    r"\b(?:cosine|cos|solid[ -]angle)[ -]weight(?:ed|ing)\b"
-    r"|\b(?:weighted (?:by|with)|radiances? ?(?:x|times|multiplied by|[*\N{MULTIPLICATION SIGN}])) ?(?:the )?"
-    r"(?:cos\w*|mu|sin\w*|solid angles?)\b",
-    re.I,
-)
-"""Words of a text on numbers that are radiances times something of their direction."""
-SAY_WEIGHTED = "write radiances: divide the numbers by it, and clear this text"
-LOGARITHM = re.compile(
-    r"\b(?:log10|logarithms?|logarithmic|ln)\b(?=.*radiance)|\bvalues are log(?:10|arithm)"
-    r"|\blog[ (]+(?:of )?(?:the )?radiance|(?<=radiance)s?\W+log10\b",
-    re.I,
-)
-"""Words of a text on radiances that are no radiances."""
-MOST_SAID = 1000
-"""Characters of a sentence that are looked at: patterns that look ahead are quadratic in its length."""
-_FACTORS = {"scale", "scales", "scaling", "scalefactor", "factor", "factors", "multiplier", "slope", "gain"}
-_FACTORS |= {"intercept", "offset", "offsets"}
-_OF_THE_PAST = {"calibration", "correction", "time", "immersion"}
-SAY_FACTOR = (
-    "write the factor as a part of the unit: --radiance-unit '10^-3 W m-2 nm-1 sr-1' (radiance_unit=), or relative"
-)
-
-_TRAVEL = re.compile(
-    r"(?<!error )(?<!errors )(?<!uncertainty )\b(?:propagat\w+|travel\w*)\b"
-    r"(?! of (?:the |a |our )?(?:ship|vessel|boat|aircraft|errors?|uncertaint\w+)\b)",
-    re.I,
-)
-_OF_LIGHT = re.compile(r"\b(?:directions?|angles?|zeniths?|azimuths?|vectors?)\b", re.I)
-SAY_COMES_FROM = (
-    "write the directions that light comes from: 180 degrees minus the zenith angle, the azimuth plus 180 degrees, and "
-    "clear this text"
-)
-
-
-_BESIDE_UNITS = re.compile(r"[,;:=()\[\]]|\b(?:in|are|is|of|as)\b")
-_FILLS = ("fillvalue", "missingvalue", "missingvalues", "nodata", "nodatavalue", "fill", "missing")
-"""Attributes of numbers that stand for a gap, in small letters and without signs."""
-
-
-def names_fill(name: str) -> bool:
-    """Whether an attribute is of numbers that stand for a gap."""
-    return re.sub(r"[\W_]+", "", name.lower()) in _FILLS
-
-
-def is_factor(name: str) -> bool:
-    """Whether an attribute is a factor or an offset by a name that CF does not know; a calibration is past."""
-    words = set(re.split(r"[\W_]+", name.lower()))
-    return name not in ("scale_factor", "add_offset") and bool(words & _FACTORS) and not words & _OF_THE_PAST
-
-
-def parts_of(text: str) -> list[str]:
-    """The parts of a sentence, one of which may be a unit."""
-    return [part.strip() for part in _BESIDE_UNITS.split(text)]
-
-
-def weight_of(text: str) -> str:
-    """The words of a text that its radiances are multiplied by a cosine or a solid angle; a weighted mean is none."""
-    found = None if re.search(r"\b(?:mean|averag)", text, re.I) else _WEIGHTED.search(text)
-    return found[0] if found else ""
-
-
-def travel_of(text: str) -> str:
-    """The word of a text that says that its directions are those that light goes to, or an empty text."""
-    for sentence in re.split(r"[.;](?:\s|\Z)", text.replace("_", " ")):
-        if (found := _TRAVEL.search(sentence)) and _OF_LIGHT.search(sentence):
-            return found[0]
-    return ""
-
-
-def by_wavelength(nm: np.ndarray) -> list[np.ndarray]:
-    """Indices of the points of each wavelength."""
-    order = np.argsort(nm, kind="stable")
-    return np.split(order, np.flatnonzero(np.diff(nm[order]) != 0) + 1)
 
 
 def doubt_of_gaps(values: Iterable[np.ndarray]) -> tuple[str, str] | None:
@@ -188,74 +152,7 @@ def doubt_of_gaps(values: Iterable[np.ndarray]) -> tuple[str, str] | None:
     return None
 
 
-_FEW, _MOST_OF_IT = 4, 0.75  #: So many angles, over so much of the sky, are judged by their range.
-
-
-def plain_unit(unit: str) -> str:
-    """A unit in small letters, with u for micro."""
-    return unit.strip().lower().replace("µ", "u").replace("μ", "u")
-
-
-def have_look_of_degrees(values: np.ndarray) -> bool:
-    """Whether numbers are beyond all radians of a turn."""
-    return bool(np.any(np.abs(values) > 2 * np.pi))
-
-
-def may_be_radians(values: np.ndarray, *, is_azimuth: bool) -> bool:
-    """Whether angles of a whole sky, in degrees as the file says, are within a turn in radians."""
-    known = np.unique(values[np.isfinite(values)])
-    if known.size < _FEW:
-        return False
-    reach, turn = (np.ptp(known), 2 * np.pi) if is_azimuth else (np.abs(known).max(), np.pi / 2)
-    return bool(_MOST_OF_IT * turn < reach < 1.001 * turn)
-
-
-def unit_and_counts(text: str) -> tuple[str, str]:
-    """The unit of an azimuth, and the words on where it counts from, such as "deg" and "e of n"."""
-    if plain_unit(text) in TRUE_NORTH:
-        return "deg", "clockwise from north"
-    if not speaks_of_azimuths(text):
-        return text, ""
-    words = re.split(r"[\s,()]+", plain_unit(text))
-    rest = " ".join(word for word in words if word not in ANGLE_DEGREES)
-    return next((word for word in words if word in ANGLE_DEGREES), ""), rest
-
-
-class Name(NamedTuple):
-    """Meaning of the name of a column."""
-
-    role: str
-    unit: str
-    wavelength_nm: float | None = None  #: of a column for one wavelength
-
-    @property
-    def slot(self) -> str:
-        """The quantity that the column gives in the end."""
-        return {"elevation": "zenith", "relative azimuth": "azimuth"}.get(self.role, self.role)
-
-
-def name_of_column(text: str) -> Name | None:
-    """Read a name of a column; an unknown name gives None."""
-    text = re.sub(r"\((\d{3,4}(?:\.\d+)?) ?(?:nm)?\)(?=\s*[(\[])", r"_\1", text)  # Lsky(550) [mW m-2 nm-1 sr-1]
-    text = re.sub(r"^([^(\[]*?)[ _]in[ _](?=\S)(.*)", r"\1 (\2)", text)  # radiance in mW/(m2 nm sr)
-    match = re.fullmatch(r"([^(\[]*?)\s*[(\[](?:in )?(.*?)[)\]]?", text)
-    name, unit = (match[1], match[2].strip()) if match else (text, "")
-    if re.fullmatch(r"\d+(\.\d+)?\s*nm|\d{3,4}", unit):  # L (412 nm)
-        name, unit = f"{name}_{unit}", ""
-    wide = _WIDE.fullmatch(name.strip())
-    if wide:
-        return Name("radiance", unit, float(wide[1]))
-    parts = re.sub(r"[\W_]+", "_", name).strip("_").split("_")
-    for k in range(len(parts), 0, -1):  # zenith_deg, radiance_W_m2_nm_sr
-        role = _ROLES.get("_".join(parts[:k]).lower())
-        if role:
-            rest = " ".join(parts[k:])
-            if role == "radiance" and re.match(r"\d", rest):
-                return None  # L_412_std
-            is_more = role.endswith("azimuth") and speaks_of_azimuths(rest)  # azimuth from north (deg)
-            is_other = role == "radiance" and rest.lower() not in (*_OF_THE_SKY, plain_unit(unit))
-            is_other |= role in ("zenith", "elevation", "azimuth") and re.search(r"\b(?:sun|solar)\b", rest) is not None
-            if unit and rest and not is_more and is_other:
-                return None  # L_w (mW m-2 nm-1 sr-1), radiance_std (...)
-            return Name(role, f"{unit} {rest}".strip() if is_more else unit or rest)
-    return None
+def by_wavelength(nm: np.ndarray) -> list[np.ndarray]:
+    """Indices of the points of each wavelength."""
+    order = np.argsort(nm, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(nm[order]) != 0) + 1)

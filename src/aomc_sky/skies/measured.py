@@ -12,13 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
-from aomc_sky.directions import given_angle, sky_from_travel, travel_from_sky, within_sky_deg
+from aomc_sky.directions import AzimuthConvention, given_angle, sky_from_travel, travel_from_sky, within_sky_deg
 from aomc_sky.errors import InputWarning, SceneError, floats, number
+from aomc_sky.formats.quote import SAYS, UNUSED
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.function_sky import FunctionSky
 from aomc_sky.skies.model import Share, check_share, polarised, with_share
 from aomc_sky.skies.on_sphere import Interpolant, interpolate, notes_of, warn_of_extrapolation
+from aomc_sky.skies.witnesses import brightest_note, warn_of_light
 
 if TYPE_CHECKING:
     from aomc_sky.skies.polarisation import RayleighPattern
@@ -58,6 +60,8 @@ class RadianceField(Share):
         Further notes of a scene.
     has_wavelength : bool
         False: the radiances serve all wavelengths, without a warning.
+    convention : AzimuthConvention
+        That of the azimuths where they were read, for a warning of light that is not at the sun.
     polarisation : RayleighPattern, optional
         Linear polarisation of the light, which wants `sun`; without it photons carry none.
     strength, irradiance_W_m2_nm : array_like, optional
@@ -95,6 +99,7 @@ class RadianceField(Share):
     name: str = "measured"
     remarks: tuple[str, ...] = ()
     has_wavelength: bool = True
+    convention: AzimuthConvention = AzimuthConvention.ENU_FROM_EAST
     polarisation: RayleighPattern | None = None
     _made: dict[int, Interpolant] = field(init=False, repr=False, compare=False, default_factory=dict)
     _sky: FunctionSky = field(init=False, repr=False, compare=False)
@@ -133,6 +138,7 @@ class RadianceField(Share):
         is_absolute: bool = False,
         grid: PatchGrid | None = None,
         remarks: tuple[str, ...] = (),
+        convention: AzimuthConvention = AzimuthConvention.ENU_FROM_EAST,
         polarisation: RayleighPattern | None = None,
         strength: ArrayLike | None = None,
         irradiance_W_m2_nm: ArrayLike | None = None,
@@ -151,7 +157,7 @@ class RadianceField(Share):
             Wavelength of each point, or of each row of radiances; without it, the sky of all wavelengths. [nm]
         sun_zenith_deg, sun_azimuth_deg, or sun_zenith_rad, sun_azimuth_rad : float, optional
             Where the sun is. [deg]
-        is_absolute, grid, remarks, polarisation, strength, irradiance_W_m2_nm : optional
+        is_absolute, grid, remarks, convention, polarisation, strength, irradiance_W_m2_nm : optional
             As for the class.
         """
         zenith, azimuth = (
@@ -202,6 +208,7 @@ class RadianceField(Share):
             grid=grid,
             remarks=remarks,
             has_wavelength=wavelength_nm is not None,
+            convention=convention,
             polarisation=polarisation,
             strength=strength,
             irradiance_W_m2_nm=irradiance_W_m2_nm,
@@ -276,6 +283,14 @@ class RadianceField(Share):
                 stacklevel=5,
             )
         warn_of_extrapolation(self._parts(nm), has_sun=self.sun is not None)
+        zenith, azimuth, values = self._points(nm[0])
+        warn_of_light(values, zenith, azimuth, sun_deg=self.sun_deg or (None, None), convention=self.convention)
+
+    def _points(self, nm: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Zenith angles, azimuths [deg] and radiances at the wavelength that has the largest share in one."""
+        row = max(self.rows_of(nm), key=lambda one: one[1])[0]
+        zenith, azimuth = np.rad2deg(sky_from_travel(-self.direction[row]))
+        return zenith, azimuth, self.values[row]
 
     def _parts(self, nm: np.ndarray) -> list[Interpolant]:
         return [self.interpolant(row) for row in sorted({row for one in nm for row, _ in self.rows_of(one)})]
@@ -287,7 +302,12 @@ class RadianceField(Share):
         inside = (
             f"light that is linear in {grid.n_zenith} x {grid.n_azimuth} patches moves {moved:.2g} % of the photons"
         )
-        notes = (*notes_of(self._parts(nm), has_sun=self.sun is not None), *self.remarks, inside)
+        zenith, azimuth, values = self._points(nm[0])
+        at = float(nm[0]) if self.has_wavelength else None
+        seen = brightest_note(values, zenith, azimuth, float(self.irradiance(nm[:1])[0]), float(self.is_absolute), at)
+        said = [one for one in self.remarks if one.startswith((SAYS, UNUSED))]
+        others = [one for one in self.remarks if one not in said]
+        notes = (*said, seen, *notes_of(self._parts(nm), has_sun=self.sun is not None), *others, inside)
         return tuple(f"measured sky: {note}" for note in notes)
 
     def missing_beam(self) -> str:

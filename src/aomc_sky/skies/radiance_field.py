@@ -2,112 +2,106 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from aomc_sky.directions import EDGE_DEG, AzimuthConvention, sin_cos_deg, travel_from_sky
-from aomc_sky.errors import FieldError, UsageError
-from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor, unit_in
-from aomc_sky.formats.radiance_words import (
-    LOGARITHM,
-    MOST_SAID,
-    SAY_COMES_FROM,
-    SAY_FACTOR,
-    SAY_WEIGHTED,
-    STATED_FACTOR,
-    by_wavelength,
-    doubt_of_gaps,
-    is_factor,
-    travel_of,
-    weight_of,
-)
+from aomc_sky.errors import FieldError
+from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
+from aomc_sky.formats.radiance_words import MAX_RADIANCE, Stated, by_wavelength, doubt_of_gaps
 from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.field_choice import Chosen, sun_of
 from aomc_sky.skies.field_axes import (
     SAY_BOUNDS,
     Axis,
     Azimuths,
+    Questions,
+    angle_scale,
     axis_of,
+    azimuth_convention,
     azimuths,
-    field_and_bounds,
     radiances,
-    sentences,
-    sentences_of_file,
-    stated_unit,
     wavelengths_nm,
     zenith_deg,
 )
 from aomc_sky.skies.patch_integrals import slopes_of
 from aomc_sky.skies.quadrature import POINTS, angles_at, centres_deg, weighted_sum, zeniths_at
 
-_ALL_MISSING = "all values of the field are missing: NaN, fill values, outside of valid_range, or above 1e30"
+_ALL_MISSING = "all values of the field are missing: NaN, fill values, or outside of valid_range"
 _WIDE_GAP = 3.0  #: How many usual steps are a gap.
 _HALF_DEG = 120.0  #: A gap as wide as this is a part of the sky that the field does not hold.
 _SAME_DEG = 1e-6  #: Azimuths that are nearer are one.
 _TWICE = 0.01  #: Most that two radiances of one direction may differ, as a share.
 
 
+class Made(NamedTuple):
+    """A field as a table, and how it was read."""
+
+    arguments: dict[str, Any]  #: Of a `TabulatedSky`
+    sun: tuple[float | None, float | None]  #: Zenith angle and azimuth of the sun, where they are known [deg]
+    convention: AzimuthConvention | None  #: None without azimuths
+    names: tuple[str, ...]  #: Of the coordinates
+
+
 def read_radiance_field(
-    field: Any,
-    *,
-    variable: str | None = None,
-    names: Mapping[str, str | None],
-    angle_unit: str | None,
-    azimuth_convention: AzimuthConvention | str | None,
-    radiance_unit: str | None,
-    grid: PatchGrid | None = None,
-    sun_azimuth_deg: float | None,
-    sun: Mapping[str, Any] = MappingProxyType({}),
-    may_ignore_sun: bool = False,
-) -> dict[str, Any]:
-    """Turn a radiance with coordinates, as xarray has it, into arguments of a `TabulatedSky`.
+    chosen: Chosen, stated: Stated, *, grid: PatchGrid | None, sun: tuple[float | None, float | None]
+) -> Made:
+    """Turn a radiance with coordinates into arguments of a `TabulatedSky`; `sun` are the angles that the caller states.
 
     Zenith angles and azimuths that are dimensions of the field become patches: between their bounds, or half-way
     between them. Those of scattered directions, and fields with NaN, are interpolated on the sphere to `grid`, with
-    `sun` as `RadianceField` has it; `sun_azimuth_deg` is for azimuths that count from the sun. A sun that nothing needs
-    is a UsageError, unless `may_ignore_sun`.
+    the sun as `RadianceField` has it.
     """
-    field, bounds = field_and_bounds(field, variable)
-    roles = ("zenith", "azimuth", "wavelength")
-    zenith, azimuth, wavelength = (axis_of(field, role, names.get(role), bounds) for role in roles)
+    field, questions = chosen.radiance, Questions()
+    zenith, azimuth, wavelength = (axis_of(field, one, stated, chosen.bounds) for one in ("zenith", "azimuth", "wavelength"))
     assert zenith is not None
+    axes = tuple(one for one in (zenith, azimuth, wavelength) if one is not None)
     remarks: list[str] = []
-    settled = {"radiance_unit": _unit(field, radiance_unit, remarks), "has_wavelength": wavelength is not None}
-    if beside := str(field.attrs.get("ancillary_variables", "")):
-        remarks.append(f"{beside!r} of the file, on the quality of the radiances, is not used")
-    columns, is_from_sun = None, False
-    if azimuth is None:
+    unit = _unit(field, stated.radiance_unit, remarks, questions)
+    scale = angle_scale(zenith, stated, questions)
+    turn, convention = 1.0, None
+    if azimuth is not None:
+        turn = angle_scale(azimuth, stated, questions)
+        convention = azimuth_convention(azimuth, stated, chosen.attributes | field.attrs, questions)
+    wavelength_nm = np.array([550.0]) if wavelength is None else wavelengths_nm(wavelength, stated, questions)
+    _ask_of_dimensions(field, axes, questions)
+    if questions:
+        first = questions[0]
+        raise FieldError(first.message, first.advice, first.argument, questions[1:])
+    sun = sun_of(chosen, sun, convention)
+    columns = None
+    if azimuth is None or convention is None:
         remarks.append("the field has no azimuth, so its sky is the same all around")
     else:
-        columns, convention = azimuths(azimuth, angle_unit, azimuth_convention, sun_azimuth_deg, remarks)
-        is_from_sun = convention.is_from_sun
-    wavelength_nm = np.array([550.0]) if wavelength is None else wavelengths_nm(wavelength)
+        columns = azimuths(azimuth, turn, convention, sun[1], remarks)
     if wavelength is None:
         remarks.append("the field has no wavelength, so its sky is the same at all wavelengths")
     point_nm = None if wavelength is None else _nm_of_points(field, zenith, azimuth, wavelength, wavelength_nm)
     row_wavelength, n_rows = (wavelength, wavelength_nm.size) if point_nm is None else (None, 1)
     values = _values(field, zenith, azimuth, row_wavelength, n_rows)
-    angle = zenith_deg(zenith, zenith.values, angle_unit)
+    angle = zenith_deg(zenith, zenith.values, scale)
     has_bounds = any(one is not None and (one.bounds is not None or one.absent_bounds) for one in (zenith, azimuth))
+    settled = {"radiance_unit": unit, "has_wavelength": wavelength is not None}
+
+    def made(nm: np.ndarray, means: np.ndarray, slope: np.ndarray | None, patches: PatchGrid) -> Made:
+        table = {"wavelength_nm": nm, "values": means, "slope": slope, "grid": patches, "remarks": tuple(remarks)}
+        return Made({**table, **settled}, sun, convention, tuple(one.name for one in axes))
+
     if columns is None or zenith.dims != azimuth.dims:  # type: ignore[union-attr]
-        edges = None if zenith.bounds is None else zenith_deg(zenith, zenith.bounds, angle_unit)
+        edges = None if zenith.bounds is None else zenith_deg(zenith, zenith.bounds, scale)
         gaps: list[str] = []
         angle, values, rings = _rings(zenith, angle, edges, values, remarks, gaps)
         turned, values, bounds_of_columns = _columns(azimuth, columns, values, remarks, gaps)
         product = PatchGrid(zenith_bounds_deg=rings, azimuth_bounds_deg=bounds_of_columns)
         _check_radiances(values)
         if not np.isnan(values).any():
-            if not (is_from_sun or may_ignore_sun) and any(one is not None for one in sun.values()):
-                message = "the sun: not used with a field that has a value in every direction of its grid"
-                raise UsageError(f"{message}; leave out --sun-zenith and --sun-azimuth (sun_zenith_deg=, ...)")
             slope = None
             if not has_bounds and angle.size > 1:
                 means = [_joined(angle, turned, row, product) for row in values]
                 values, slope = (np.stack(part) for part in zip(*means, strict=True))
-            made = {"wavelength_nm": wavelength_nm, "values": values, "slope": slope, "grid": product}
-            return {**made, **settled, "remarks": (*remarks, *gaps)}
+            remarks += gaps
+            return made(wavelength_nm, values, slope, product)
         if grid is None and np.isfinite(values).all(axis=0).mean() >= 0.5:
             grid = product  # else points that were unstacked, or a scan: no field
             remarks += gaps
@@ -118,62 +112,38 @@ def read_radiance_field(
     _check_radiances(values, point_nm)
     grid = PatchGrid.regular(90, 180) if grid is None else grid
     wavelength_nm, values, slope = _interpolated((angle, turned), values, wavelength_nm, point_nm, grid, sun, remarks)
-    made = {"wavelength_nm": wavelength_nm, "values": values, "slope": None if has_bounds else slope, "grid": grid}
-    return {**made, **settled, "remarks": tuple(remarks)}
+    return made(wavelength_nm, values, None if has_bounds else slope, grid)
 
 
-def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
+def _unit(field: Any, given: str | None, remarks: list[str], questions: Questions) -> float:
     """One unit of the values in W m-2 nm-1 sr-1, 0 for relative ones."""
-    stated = stated_unit(field.attrs) if given is None else given
-    if word := next(filter(None, map(travel_of, sentences(field.attrs))), ""):
-        message = f"the text of the field speaks of {word!r}: are its directions those that light goes to?"
-        raise FieldError(message, SAY_COMES_FROM)
-    texts = [str(field.attrs.get(name, ""))[:MOST_SAID] for name in ("long_name", "comment", "description")]
-    if found := next(filter(None, map(LOGARITHM.search, texts)), None):
-        raise FieldError(f"the text of the field says {found[0]!r}", "write radiances, not their logarithms")
-    if weight := next(filter(None, map(weight_of, [*texts, *_notes(field.attrs)])), ""):
-        raise FieldError(f"the text of the field says {weight!r}", SAY_WEIGHTED)
-    for name, value in field.attrs.items():
-        if given is None and is_factor(name) and not _is_neutral(value):
-            raise FieldError(f"the attribute {name!r} of the field is {value}, besides its unit", SAY_FACTOR)
-    of_file = [one for one in sentences_of_file(field.attrs) if "radiance" in one.lower()]
-    said = [unit[1] for text in [*texts, *_notes(field.attrs), *of_file] if (unit := unit_in(text))]
-    said += [str(text).strip() for name, text in field.attrs.items() if name.lower() == "unit"]
-    if given is not None:
-        said = []
-    elif not stated and said:
-        stated = said[0]
-    if not stated:
-        remarks.append("the field has no unit of radiance, so its light is relative (--radiance-unit says one)")
+    said = {name: str(text).strip() for name, text in field.attrs.items() if name in ("units", "unit")}
+    unit = given if given is not None else next(iter(said.values()), "")
+    if not unit:
+        remarks.append("no unit of radiance is stated, so the light is relative (--radiance-unit says one)")
         return 0.0
-    factor = radiance_factor(stated)
-    if other := next((unit for unit in said if unit != stated and radiance_factor(unit) != factor), ""):
-        message = f"the unit of the field is {stated!r}, and its text says {other!r}"
-        raise FieldError(message, SAY_UNIT, "radiance_unit")
-    stated_factors = map(STATED_FACTOR.search, [*texts, *_notes(field.attrs), *of_file])
-    found = next(filter(None, stated_factors), None)
-    if found and given is None and factor != 0.0:  # relative light stays as it is
-        raise FieldError(f"the text of the field says {found[0]!r} besides its unit", SAY_FACTOR, "radiance_unit")
+    factor = radiance_factor(unit)
     if factor is None:
-        raise FieldError(f"the unit {stated!r} of the field is none of spectral radiance", SAY_UNIT, "radiance_unit")
-    return factor
+        message = f"the unit {unit!r} of the field is none of spectral radiance that is read"
+        questions.append(FieldError(message, SAY_UNIT, "radiance_unit"))
+    elif given is None and len({radiance_factor(text) for text in said.values()}) > 1:
+        message = f"the field has units {said['units']!r} and unit {said['unit']!r}"
+        questions.append(FieldError(message, SAY_UNIT, "radiance_unit"))
+    return factor or 0.0
 
 
-def _notes(attributes: Mapping[str, Any]) -> list[str]:
-    """Sentences on a field under names of notes."""
-    return [
-        str(text)[:MOST_SAID] for name, text in attributes.items() if name.lower().rstrip("s") in ("note", "remark")
-    ]
-
-
-def _is_neutral(value: Any) -> bool:
-    """Whether a factor is 1, or an offset 0, or a text that says that there is none."""
-    if isinstance(value, str) and value.lower() in ("linear", "none"):
-        return True
-    try:
-        return bool(np.all(np.isin(np.asarray(value, dtype=np.float64), (0.0, 1.0))))
-    except (TypeError, ValueError):
-        return False
+def _ask_of_dimensions(field: Any, axes: tuple[Axis, ...], questions: Questions) -> None:
+    """Ask for dimensions of which nothing says what they are."""
+    known = {dim for axis in axes for dim in axis.dims}
+    roles = {"azimuth", "wavelength"} - {axis.role for axis in axes}
+    for dim, size in zip(map(str, field.dims), field.shape, strict=True):
+        if dim in known or size == 1:
+            continue
+        ways = [f"--coordinate {role}={dim} ({role}={dim!r})" for role in sorted(roles) if dim in field.coords]
+        ways.append(f"--isel {dim}=0, or field.isel({dim}=0), for one of it")
+        message = f"the field has a dimension {dim!r} of {size} besides angles and wavelength"
+        more = "; azimuths need --azimuth-convention, too" if "azimuth" in roles and dim in field.coords else ""
+        questions.append(FieldError(message, f"write {', or '.join(ways)}{more}", "isel"))
 
 
 def _above(
@@ -236,12 +206,6 @@ def _values(field: Any, zenith: Axis, azimuth: Axis | None, wavelength: Axis | N
     order += [dim for dim in (azimuth.dims if azimuth else ()) if dim not in zenith.dims]
     sizes = dict(zip(map(str, field.dims), field.shape, strict=True))
     others = [dim for dim in sizes if dim not in order]
-    if large := [dim for dim in others if sizes[dim] > 1]:
-        raise FieldError(
-            f"the field has a dimension {large[0]!r} of {sizes[large[0]]} besides angles and wavelength",
-            f"choose one of it: --isel {large[0]}=0, or field.isel({large[0]}=0); name angles zenith and azimuth",
-            "isel",
-        )
     missing = [dim for dim in order if dim not in sizes]
     if missing:
         raise FieldError(f"the field has no dimension {missing[0]!r}, which its coordinate has")
@@ -257,7 +221,10 @@ def _check_radiances(values: np.ndarray, point_nm: np.ndarray | None = None) -> 
     bad = values[(values < 0) | np.isinf(values)]
     if bad.size:
         message = f"the field has values that are negative or infinite: {bad.size}, such as {bad.min():g}"
-        raise FieldError(message, "a radiance is finite and not negative, NaN is a gap")
+        raise FieldError(message, "a radiance is 0 or more; NaN, or a _FillValue that the file declares, is a gap")
+    if np.any(values > MAX_RADIANCE):
+        message = f"the field has values up to {np.nanmax(values):g}, beyond all radiances"
+        raise FieldError(message, "NaN, or a _FillValue that the file declares, is a gap")
     rows = values if point_nm is None else [values[0, k] for k in by_wavelength(point_nm)]
     if doubt := doubt_of_gaps(rows):
         raise FieldError(*doubt)
@@ -478,7 +445,7 @@ def _interpolated(
     wavelength_nm: np.ndarray,
     point_nm: np.ndarray | None,
     grid: PatchGrid,
-    sun: Mapping[str, Any],
+    sun: tuple[float | None, float | None],
     remarks: list[str],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Wavelengths, means and slopes of patches by 4 x 4 Gauss points, interpolated as a `RadianceField`.
@@ -490,15 +457,16 @@ def _interpolated(
     from aomc_sky.skies.measured import RadianceField
     from aomc_sky.skies.on_sphere import notes_of, percent, warn_of_extrapolation
 
+    angles_of_sun = dict(zip(("sun_zenith_deg", "sun_azimuth_deg"), sun, strict=True))
     is_given = np.all(np.isfinite(values), axis=0)
     zenith_deg, azimuth_deg = (angle[is_given] for angle in directions)
     values = values[:, is_given]
     if point_nm is not None:
-        measured = RadianceField.from_points(zenith_deg, azimuth_deg, values[0], point_nm[is_given], **sun)
+        measured = RadianceField.from_points(zenith_deg, azimuth_deg, values[0], point_nm[is_given], **angles_of_sun)
         wavelength_nm = measured.wavelength_nm
     else:
         rows = np.arange(float(len(values)))  # in place of wavelengths, which may come twice
-        measured = RadianceField.from_points(zenith_deg, azimuth_deg, values, rows, **sun)
+        measured = RadianceField.from_points(zenith_deg, azimuth_deg, values, rows, **angles_of_sun)
     parts, has_sun = [measured.interpolant(row) for row in range(wavelength_nm.size)], measured.sun is not None
     remarks += (*notes_of(parts, has_sun=has_sun), *measured.remarks)
     warn_of_extrapolation(parts, has_sun=has_sun)

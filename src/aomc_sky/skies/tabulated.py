@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid, slope_factor
 from aomc_sky.directions import AzimuthConvention, given_angle
-from aomc_sky.errors import InputWarning, SceneError, UsageError, floats, require_kind
+from aomc_sky.errors import InputWarning, SceneError, UsageError, floats, number, require_kind
+from aomc_sky.formats.radiance_words import Stated
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.model import Share, broadcast, check_share, has_share, with_share
@@ -198,12 +199,14 @@ class TabulatedSky(Share):
         variable: str | None = None,
         variable_q: str | None = None,
         variable_u: str | None = None,
-        stokes_signs: tuple[float, float] = (1, 1),
+        stokes_signs: tuple[float, float] | None = None,
         zenith: str | None = None,
+        elevation: str | None = None,
         azimuth: str | None = None,
         wavelength: str | None = None,
         angle_unit: str | None = None,
         azimuth_convention: AzimuthConvention | str | None = None,
+        wavelength_unit: str | None = None,
         radiance_unit: str | None = None,
         grid: PatchGrid | None = None,
         sun_zenith_deg: float | None = None,
@@ -217,35 +220,38 @@ class TabulatedSky(Share):
         ----------
         field : xarray.DataArray or xarray.Dataset
             Radiance over directions that light comes from, dimensions in any order. NaN is a gap, and so are fill
-            values, values outside ``valid_range`` and above 1e30. Only a Dataset has the bounds of its patches.
+            values that the field declares and values outside ``valid_range``. Only a Dataset has the bounds of its
+            patches. Its texts change nothing: `remarks` quote them.
         variable : str, optional
-            The radiance of a Dataset, by default its only variable, or the only one that is called a radiance.
+            The radiance of a Dataset, by default ``radiance``, or the only variable over the directions.
         variable_q, variable_u : str, optional
-            Stokes parameters Q and U of a Dataset beside the radiance I, where their names do not say it: I, Q, U or
-            stokes_q, radiance_q and the like, or a dimension ``stokes`` with these three, as sasktran2 has it. Photons
-            then carry q and u. With `variable` alone, Q and U in variables beside it are not read.
-        stokes_signs : tuple of two numbers
+            Stokes parameters Q and U of a Dataset, by default ``radiance_q`` and ``radiance_u``, or a dimension
+            ``stokes`` with I, Q and U, as sasktran2 has it. Photons then carry q and u. With `variable` alone, Q and U
+            in variables beside it are not read.
+        stokes_signs : tuple of two numbers, optional
             Factors of Q and U that bring them to the signs of docs/conventions.md, where those of other codes are
             listed. [1 or -1]
-        zenith, azimuth, wavelength : str, optional
-            Names of the coordinates, where name and ``standard_name`` do not say which is which. Both angles along the
-            same dimensions are scattered directions, with wavelengths along a dimension of their own, or one for each
-            point; negative zenith angles lie beyond the zenith, and directions of NaN are left out. Without azimuth
-            the sky is the same all around. "umu" is DISORT's cosine, negative for light from the sky.
+        zenith, elevation, azimuth, wavelength : str, optional
+            Names of the coordinates, where they have other names than these. Both angles along the same dimensions are
+            scattered directions, with wavelengths along a dimension of their own, or one for each point; negative
+            zenith angles lie beyond the zenith, and directions of NaN are left out. Without azimuth the sky is the same
+            all around.
         angle_unit : {"deg", "rad"}, optional
-            Unit of both angles; by default that of the attribute ``units``.
+            Unit of both angles; by default that of the attribute ``units``, or of names such as ``zenith_deg``.
         azimuth_convention : AzimuthConvention or str, optional
-            From where azimuth counts and which way: a member, or words such as "clockwise from north", "west of south",
-            "from the sun". By default what name, ``standard_name``, ``long_name``, ``comment`` and the attribute
-            ``azimuth_convention`` say together; if they say nothing, from +x towards +y, and `remarks` say so.
+            From where azimuth counts and which way: a member, or words such as "clockwise from north". By default the
+            attribute ``azimuth_convention`` of the coordinate or of the file, or what CF says of it.
+        wavelength_unit : {"nm", "um", "m", "angstrom"}, optional
+            By default that of the attribute ``units``, or of names such as ``wavelength_nm``.
         radiance_unit : str, optional
             Such as "mW m-2 nm-1 sr-1", or "relative"; by default the attribute ``units`` of the radiance. With a unit
             irradiances are in W m-2 nm-1.
         grid : PatchGrid, optional
             Patches for scattered directions and fields with gaps; 90 x 180, or those of the field.
         sun_zenith_deg, sun_azimuth_deg, or sun_zenith_rad, sun_azimuth_rad : float, optional
-            Where the sun is, for azimuths that count from it, scattered directions and gaps, as in
-            `RadianceField.from_points`.
+            Where the sun is, by default ``sun_zenith_deg`` and ``sun_azimuth_deg`` of the field, whose azimuth counts
+            as the others. Azimuths from the sun need it; scattered directions and gaps are interpolated around it; and
+            light that is not where the sun is gets a warning.
 
         Returns
         -------
@@ -266,30 +272,32 @@ class TabulatedSky(Share):
         UsageError
             An argument is of no use.
         """
-        from aomc_sky.skies.radiance_field import read_radiance_field
+        from aomc_sky.skies.field import read_field
+        from aomc_sky.skies.field_choice import choose
 
-        sun_azimuth = given_angle("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad, math.nan)
-        how: dict[str, Any] = {
-            "names": {"zenith": zenith, "azimuth": azimuth, "wavelength": wavelength},
-            "angle_unit": angle_unit,
-            "azimuth_convention": azimuth_convention,
-            "radiance_unit": radiance_unit,
-            "grid": grid,
-            "sun_azimuth_deg": None if math.isnan(sun_azimuth) else float(sun_azimuth),
-            "sun": {
-                "sun_zenith_deg": sun_zenith_deg,
-                "sun_azimuth_deg": sun_azimuth_deg,
-                "sun_zenith_rad": sun_zenith_rad,
-                "sun_azimuth_rad": sun_azimuth_rad,
-            },
-        }
-        fields = polarised_parts(field, variable, variable_q, variable_u)
-        if fields is None:
-            read = read_radiance_field(field, variable=variable, **how)
-        else:
-            from aomc_sky.skies.polarised_field import read_polarised_field
-
-            read = read_polarised_field(fields, stokes_signs, **how)
+        stated = Stated(
+            variable=variable,
+            variable_q=variable_q,
+            variable_u=variable_u,
+            stokes_signs=stokes_signs,
+            zenith=zenith,
+            elevation=elevation,
+            azimuth=azimuth,
+            wavelength=wavelength,
+            angle_unit=angle_unit,
+            azimuth_convention=azimuth_convention,
+            wavelength_unit=wavelength_unit,
+            radiance_unit=radiance_unit,
+        )
+        angles = (("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad), ("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad))
+        sun_zenith, sun_azimuth = (
+            None if value is None and twin is None else number(name, given_angle(name, value, twin))
+            for name, value, twin in angles
+        )
+        chosen = choose(field, stated)
+        if chosen.stokes is None and stokes_signs is not None:
+            raise UsageError("stokes_signs are for a field of Q and U, and this one is read without")
+        read, _ = read_field(chosen, stated, grid=grid, sun=(sun_zenith, sun_azimuth))
         return cls(weighting=Weighting.PROJECTED, **read)
 
     def table_index(self, wavelength_nm: ArrayLike) -> np.ndarray:
@@ -421,19 +429,6 @@ class TabulatedSky(Share):
         total = share.sum(axis=1, keepdims=True)
         mean = np.divide((share * flux).sum(axis=1, keepdims=True), total, out=np.ones_like(total), where=total > 0)
         return np.divide(unscaled, mean, out=np.zeros(mass.shape), where=mean > 0)
-
-
-def polarised_parts(
-    field: Any, variable: str | None = None, variable_q: str | None = None, variable_u: str | None = None
-) -> tuple[Any, list[str]] | None:
-    """A dataset and the names of I, Q and U in it, or None for radiances alone, which load no further module."""
-    names = (variable_q, variable_u)
-    is_alone = len(getattr(field, "data_vars", ())) < 2 and "stokes" not in getattr(field, "dims", ())
-    if is_alone and names == (None, None):
-        return None
-    from aomc_sky.skies.polarised_field import stokes_fields
-
-    return stokes_fields(field, variable, *names)
 
 
 def _as_the_library(values: np.ndarray, index: np.ndarray, ulp: dict[int, int]) -> np.ndarray:

@@ -329,14 +329,18 @@ def _error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
 
 def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path | None, *, verbose: bool) -> str:
     """The text that a run or a shard prints when it is done."""
+    from aomc_sky.formats.quote import shown_notes
     from aomc_sky.outputs.manifest import RAW_NUMBERS
     from aomc_sky.outputs.photon_formats import columns_of
     from aomc_sky.source.read.table import READING
 
+    notes, n_more = (scene.notes, 0) if verbose else shown_notes(scene.notes)
     # notes on the AOMC program come after the table, for newcomers do not know the program
     lines, last = (
-        [f"note: {note}" for note in scene.notes if note.startswith(READING) is is_last] for is_last in (False, True)
+        [f"note: {note}" for note in notes if note.startswith(READING) is is_last] for is_last in (False, True)
     )
+    if n_more:
+        lines.append(f"{n_more} more notes with -v")
     if verbose:
         lines += [f"{name}: {shown(value)}" for name, value in {**scene.input_files, **scene.options}.items()]
         drawn = ("method", "allocation", "placement", "order", "precision", "replicates")

@@ -141,13 +141,11 @@ def text(what: str) -> Rule:
 
 def azimuth_words(value: object) -> str:
     """Words on where azimuths count from."""
-    from aomc_sky.formats.azimuth_words import AZIMUTH_FORMS, UnclearError, convention_of
+    from aomc_sky.formats.azimuth import AZIMUTH_FORMS, convention_of
 
     words = str(text("words such as 'clockwise from north'")(value))
-    try:
-        convention_of(words)
-    except UnclearError as error:
-        raise BadValueError("E704", str(error), advice=f"write {AZIMUTH_FORMS}") from None
+    if convention_of(words) is None:
+        raise BadValueError("E704", f"{shown_value(words)} is no convention of azimuths", advice=f"write {AZIMUTH_FORMS}")
     return words
 
 
@@ -322,12 +320,12 @@ FIELD_KEYS: dict[str, Rule] = {
     "variable_u": text("the name of a variable"),
     "stokes_signs": signs,
     "isel": indices,
-    "zenith": text("the name of a coordinate"),
-    "azimuth": text("the name of a coordinate"),
-    "wavelength": text("the name of a coordinate"),
+    **{role: text("the name of a column or a coordinate") for role in ("zenith", "elevation", "azimuth", "wavelength")},
     "angle_unit": choice(("deg", "rad")),
     "azimuth_convention": azimuth_words,
+    "wavelength_unit": choice(("nm", "um", "m", "angstrom")),
     "radiance_unit": unit_of_radiance,
+    "decimal": choice(("point", "comma")),
 }
 """Keys of [sky] beside table: what the file does not say, as `TabulatedSky.from_xarray` has it."""
 

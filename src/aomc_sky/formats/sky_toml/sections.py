@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from aomc_sky.errors import Span
+from aomc_sky.formats.radiance_words import Stated
 from aomc_sky.formats.sky_toml.keys import COEFFICIENT_NAMES, FIELD_KEYS, MOON_KEYS, PREFIX, SKY_TOML
 
 
@@ -97,21 +98,10 @@ class SkyOption:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class FieldSection:
-    """The file of [sky], netCDF or a table of text, and what it does not say itself."""
+class FieldSection(Stated):
+    """The file of [sky], netCDF or a table of text, and what is stated of it."""
 
     file: str  #: Path of the file, as it can be opened
-    variable: str | None = None  #: Name of the radiances; by default the only variable, or the only radiance
-    variable_q: str | None = None  #: Names of Q and U, where these do not say it
-    variable_u: str | None = None
-    stokes_signs: tuple[float, float] | None = None  #: Factors of Q and U, 1 or -1
-    isel: tuple[tuple[str, int], ...] = ()  #: The index to take of dimensions that are neither angles nor wavelengths
-    zenith: str | None = None  #: Names of coordinates
-    azimuth: str | None = None
-    wavelength: str | None = None
-    angle_unit: str | None = None  #: "deg" or "rad"
-    azimuth_convention: str | None = None  #: Words such as "clockwise from north"
-    radiance_unit: str | None = None  #: Such as "mW m-2 nm-1 sr-1", or "relative"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import dataclasses
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from aomc_sky.errors import FieldError, InputFileError
 from aomc_sky.formats import netcdf
+from aomc_sky.formats.hdf5_storage import require_size
 from aomc_sky.formats.radiance_csv import read_radiance_points
 from aomc_sky.formats.sky_toml.file import problem_of_key
 from aomc_sky.formats.sky_toml.sections import FieldSection, PerezSection, SunSection
+from aomc_sky.skies.field import read_field
+from aomc_sky.skies.field_choice import choose
 from aomc_sky.skies.measured import RadianceField
-from aomc_sky.skies.radiance_field import read_radiance_field
-from aomc_sky.skies.tabulated import TabulatedSky, Weighting, polarised_parts
+from aomc_sky.skies.tabulated import TabulatedSky, Weighting
 from aomc_sky.source.light.diffuse import FIELD, Diffuse, DiffuseSky, Rows, diffuse_of, model_diffuse, patterned
 from aomc_sky.source.light.sun import Sun
-from aomc_sky.source.read.measured import read_radiance_csv
+from aomc_sky.source.read.measured import measured_sky
 from aomc_sky.source.scene import require_projected
 from aomc_sky.wavebands import nearest_wavelength_index
 
@@ -32,7 +34,7 @@ class SkyField:
     section: FieldSection
     variable: str
     sky: TabulatedSky
-    sun: None = None  #: a field does not say it
+    sun: SunSection | None = None  #: where the file says that it is
 
     def diffuse(self, folder: str, *, per_solid_angle: bool) -> DiffuseSky:
         """The field as the sky of a scene, with a row for each wavelength of the field that a waveband takes."""
@@ -103,7 +105,7 @@ class MeasuredField:
 
 
 _STOKES_KEYS = ("variable_q", "variable_u", "stokes_signs")
-_NETCDF_KEYS = ("variable", *_STOKES_KEYS, "isel", "zenith", "azimuth", "wavelength")
+_NETCDF_KEYS = (*_STOKES_KEYS, "isel")
 _TABLES = (".csv", ".tsv")
 
 
@@ -112,42 +114,39 @@ def read_sky_field(section: FieldSection, toml_path: str, sun: SunSection) -> Sk
     if os.path.splitext(section.file)[1].lower() in _TABLES:
         return _read_measured(section, toml_path, sun)
     try:
-        return read_field(section, sun, may_ignore_sun=True)
+        return read_field_file(section, sun)
     except FieldError as error:
-        key = ("sky", error.argument if getattr(section, error.argument, None) else "table")
-        problem = problem_of_key(toml_path, key, "E710", error.message, error.advice)
-        raise InputFileError([problem]) from None
+        problems = []
+        for one in error.all:
+            key = ("sky", one.argument if getattr(section, one.argument, None) else "table")
+            problems.append(problem_of_key(toml_path, key, "E710", one.message, one.advice))
+        raise InputFileError(problems) from None
 
 
-def read_field(section: FieldSection, sun: SunSection, *, may_ignore_sun: bool) -> SkyField:
-    """Read a netCDF file; FieldError for missing information.
-
-    A grid of radiances needs no sun; a UsageError says so, unless `may_ignore_sun`.
-    """
-    stokes = partial(
-        polarised_parts, variable=section.variable, variable_q=section.variable_q, variable_u=section.variable_u
-    )
-    field = netcdf.read_field(section.file, variable=section.variable, isel=dict(section.isel), stokes=stokes)
-    names = list(map(str, field.data_vars))
-    if section.stokes_signs is not None and len(names) == 1:
+def read_field_file(section: FieldSection, sun: SunSection) -> SkyField:
+    """Read a netCDF file; FieldError for missing information."""
+    with netcdf.open_netcdf(section.file, decode_times=False) as (dataset, allowed):
+        chosen = choose(dataset, section)
+        require_size(chosen.n_bytes, allowed, allowed, "a field")
+        chosen = chosen.loaded()
+    if section.stokes_signs is not None and chosen.stokes is None:
         message = "--stokes-signs (stokes_signs) are for a field of Q and U, and this one is read without"
         raise FieldError(message, argument="stokes_signs")
-    how: dict[str, Any] = {
-        "names": {name: getattr(section, name) for name in ("zenith", "azimuth", "wavelength")},
-        "angle_unit": section.angle_unit,
-        "azimuth_convention": section.azimuth_convention,
-        "radiance_unit": section.radiance_unit,
-        "sun_azimuth_deg": sun.azimuth_deg,
-    }
-    if len(names) == 1:
-        read = partial(read_radiance_field, field, variable=names[0], **how)
-    else:
-        from aomc_sky.skies.polarised_field import read_polarised_field
+    made, known = read_field(chosen, section, grid=None, sun=_before_amc(chosen.sun, sun))
+    of_file = SunSection(zenith_deg=known[0], azimuth_deg=known[1], origin=os.path.basename(section.file))
+    return SkyField(
+        section=section,
+        variable=str(chosen.radiance.name),
+        sky=TabulatedSky(weighting=Weighting.PROJECTED, **made),
+        sun=None if None in known or any(one is None for one in chosen.sun.values()) else of_file,
+    )
 
-        read = partial(read_polarised_field, (field, names), section.stokes_signs or (1, 1), **how)
-    of_sun = {"sun_zenith_deg": sun.zenith_deg, "sun_azimuth_deg": sun.azimuth_deg}
-    made = read(sun=of_sun, may_ignore_sun=may_ignore_sun)
-    return SkyField(section=section, variable=names[0], sky=TabulatedSky(weighting=Weighting.PROJECTED, **made))
+
+def _before_amc(of_file: Mapping[str, Any], sun: SunSection) -> tuple[float | None, float | None]:
+    """The angles of the sun that the caller states; those of a file come before those of amc.inp."""
+    if sun.origin.endswith("amc.inp") and all(one is not None for one in of_file.values()):
+        return None, None
+    return sun.zenith_deg, sun.azimuth_deg
 
 
 def _read_measured(section: FieldSection, toml_path: str, sun: SunSection) -> MeasuredField:
@@ -155,21 +154,19 @@ def _read_measured(section: FieldSection, toml_path: str, sun: SunSection) -> Me
         if getattr(section, key):
             message, advice = f"{key} is for a netCDF file, and table names a table of text", "remove it"
             raise InputFileError([problem_of_key(toml_path, ("sky", key), "E710", message, advice)])
-    how: dict[str, Any] = {n: getattr(section, n) for n in ("azimuth_convention", "angle_unit", "radiance_unit")}
-    if sun.origin.endswith("amc.inp") and _names_sun(section.file, how):  # which comes before that of amc.inp
-        sky = read_radiance_csv(section.file, **how)
+    if sun.origin.endswith("amc.inp") and _names_sun(section):  # which comes before that of amc.inp
+        sky = measured_sky(section.file, section, (None, None))
         assert sky.sun_deg is not None, "the file names both angles"
         zenith, azimuth = sky.sun_deg
         sun = SunSection(zenith_deg=zenith, azimuth_deg=azimuth, origin=os.path.basename(section.file))
         return MeasuredField(section=section, sky=sky, sun=sun)
-    how |= {"sun_zenith_deg": sun.zenith_deg, "sun_azimuth_deg": sun.azimuth_deg}
-    return MeasuredField(section=section, sky=read_radiance_csv(section.file, **how))
+    return MeasuredField(section=section, sky=measured_sky(section.file, section, (sun.zenith_deg, sun.azimuth_deg)))
 
 
-def _names_sun(file: str, how: dict[str, Any]) -> bool:
+def _names_sun(section: FieldSection) -> bool:
     """Whether a table of text says where the sun is; its problems are those of the reading that follows."""
     try:
-        points = read_radiance_points(file, **how)
+        points = read_radiance_points(section.file, section)
     except InputFileError:
         return False
     return None not in (points["sun_zenith_deg"], points["sun_azimuth_deg"])

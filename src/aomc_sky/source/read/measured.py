@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import AzimuthConvention, given_angle
 from aomc_sky.errors import SceneError
 from aomc_sky.formats.radiance_csv import read_radiance_points
+from aomc_sky.formats.radiance_words import Stated
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.measured import RadianceField
@@ -17,9 +19,16 @@ from aomc_sky.skies.measured import RadianceField
 def read_radiance_csv(
     path: str | os.PathLike[str],
     *,
+    zenith: str | None = None,
+    elevation: str | None = None,
+    azimuth: str | None = None,
+    wavelength: str | None = None,
+    variable: str | None = None,
     azimuth_convention: AzimuthConvention | str | None = None,
     angle_unit: str | None = None,
+    wavelength_unit: str | None = None,
     radiance_unit: str | None = None,
+    decimal: str | None = None,
     sun_zenith_deg: float | None = None,
     sun_azimuth_deg: float | None = None,
     sun_zenith_rad: float | None = None,
@@ -29,27 +38,33 @@ def read_radiance_csv(
 ) -> RadianceField:
     """Read measured radiances of the sky, in any directions and any order, from a table of text.
 
-    The first row names the columns, separated by commas, semicolons or tabs. They are zenith or elevation, azimuth,
-    wavelength and radiance, or ``L_412`` and so on for each wavelength. Units are in brackets or after an underscore.
-    A line ``# key: value`` has the effect of an argument. A gap is empty, ``nan``, -999 or -9999. Negative zenith
-    angles, and elevations above 90 degrees, lie beyond the zenith, as in scans of the principal plane.
+    The first row names the columns, separated by commas, semicolons or tabs: ``zenith_deg`` or ``elevation_deg``,
+    ``azimuth_deg``, ``wavelength_nm`` and ``radiance``, or ``L_412`` and so on for each wavelength; ``_rad`` and
+    ``_um`` are other units. A line ``# key: value`` has the effect of an argument. Other lines that begin with ``#``
+    change nothing and are quoted in a note. A gap is empty, ``nan``, -999 or -9999. Negative zenith angles, and
+    elevations above 90 degrees, lie beyond the zenith, as in scans of the principal plane.
 
     Parameters
     ----------
     path : str or path
         The file, at most 128 MiB.
+    zenith, elevation, azimuth, wavelength, variable : str, optional
+        Columns of other names; `variable` is that of the radiances.
     azimuth_convention : AzimuthConvention or str, optional
         From where azimuths count and which way, if not the file says it (``# azimuth: clockwise from north``): a
-        member, or words such as "clockwise from north", "west of south", "from the sun". If nothing says it, from +x
-        towards +y, as in skydist.inp, with a note.
+        member, or words such as "clockwise from north". If nothing says it, it is asked.
     angle_unit : {"deg", "rad"}, optional
         Of both angles, if not the names of the columns (``zenith_rad``) or ``# angle unit: deg`` say it.
+    wavelength_unit : {"nm", "um", "m", "angstrom"}, optional
+        Of the column of wavelengths, if not its name or ``# wavelength unit: nm`` says it.
     radiance_unit : str, optional
-        Such as "mW m-2 nm-1 sr-1" or "uW/cm2/sr/nm", or "relative"; else that of the column or ``# radiance unit:``.
+        Such as "mW m-2 nm-1 sr-1" or "uW/cm2/sr/nm", or "relative"; else that of ``# radiance unit:``.
+    decimal : {"point", "comma"}, optional
+        Sign of decimals, if not ``# decimal: comma`` says it.
     sun_zenith_deg, sun_azimuth_deg, or sun_zenith_rad, sun_azimuth_rad : float, optional
         Where the sun is, the azimuth from +x (east) towards +y (north), or ``# sun zenith: 40`` and ``# sun azimuth:
         225 clockwise from north``. Azimuths from the sun need its azimuth; with both angles the sky is interpolated
-        better around the sun.
+        better around the sun, and light that is not where the sun is gets a warning.
     grid, strength : optional
         As in `RadianceField`.
 
@@ -82,16 +97,32 @@ def read_radiance_csv(
     >>> print(field.radiance(0.0, 0.0, 550.0).round(3))
     0.3
     """
-    points = read_radiance_points(
-        os.fspath(path),
+    stated = Stated(
+        zenith=zenith,
+        elevation=elevation,
+        azimuth=azimuth,
+        wavelength=wavelength,
+        variable=variable,
         azimuth_convention=azimuth_convention,
         angle_unit=angle_unit,
+        wavelength_unit=wavelength_unit,
         radiance_unit=radiance_unit,
-        sun_zenith_deg=_degrees("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad),
-        sun_azimuth_deg=_degrees("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
+        decimal=decimal,
     )
+    sun = (
+        _degrees("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad),
+        _degrees("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
+    )
+    return measured_sky(path, stated, sun, grid=grid, strength=strength)
+
+
+def measured_sky(
+    path: str | os.PathLike[str], stated: Stated, sun: tuple[float | None, float | None], **how: Any
+) -> RadianceField:
+    """As `read_radiance_csv`, with what is stated in one record, and the angles of the sun [deg]."""
+    points = read_radiance_points(os.fspath(path), stated, sun_zenith_deg=sun[0], sun_azimuth_deg=sun[1])
     try:
-        return RadianceField.from_points(**points, grid=grid, strength=strength)
+        return RadianceField.from_points(**points, **how)
     except SceneError as error:
         raise refuse(
             os.fspath(path), str(error), advice="give each wavelength radiances of the sky", code="E654"

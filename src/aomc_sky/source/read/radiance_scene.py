@@ -10,39 +10,36 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.errors import FieldError, InputWarning, SceneError, UsageError
+from aomc_sky.errors import NOWHERE, FieldError, InputFileError, InputWarning, SceneError, UsageError
 from aomc_sky.formats.netcdf import lights_beside
 from aomc_sky.formats.sky_toml.sections import FieldSection, SunSection
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.source.light.diffuse import DiffuseSky, model_diffuse
 from aomc_sky.source.light.inputs import LightInputs, Unsaid
-from aomc_sky.source.read.field import read_field
-from aomc_sky.source.read.measured import read_radiance_csv
+from aomc_sky.source.read.field import read_field_file
+from aomc_sky.source.read.measured import measured_sky
 from aomc_sky.source.scene import Scene
 from aomc_sky.source.weather_scene import scene_of_sky
 from aomc_sky.wavebands import Wavebands, listed_bands, only_bands
 
 
 def measured_scene(
-    path: str | os.PathLike[str],
+    section: FieldSection,
     given: LightInputs,
     *,
     iterations: int | None = None,
     wavelength_nm: Sequence[float] | None = None,
     wavebands: Sequence[int] | None = None,
-    **how: Any,
 ) -> Scene:
-    """A scene of a measured sky, at its own wavelengths by default, and of the beam that `given` asks for.
-
-    `how` is as `read_radiance_csv` takes it.
-    """
-    sky = read_radiance_csv(path, sun_zenith_deg=given.sun.zenith_deg, sun_azimuth_deg=given.sun.azimuth_deg, **how)
+    """A scene of a measured sky, at its own wavelengths by default, and of the beam that `given` asks for."""
+    path = section.file
+    sky = measured_sky(path, section, (given.sun.zenith_deg, given.sun.azimuth_deg))
     if sky.sun_deg is not None:
         on_file = SunSection(zenith_deg=sky.sun_deg[0], azimuth_deg=sky.sun_deg[1], origin="measured sky")
         given = dataclasses.replace(given, sun=given.sun.over(on_file))
     diffuse = model_diffuse(sky, is_file=True, words="the measured sky")
     asked_nm = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
-    options = {name: value for name, value in how.items() if isinstance(value, str)}
+    options = {name: value for name, value in dataclasses.asdict(section).items() if value and name != "file"}
     return _scene_of_table(path, diffuse, given, options, asked_nm, iterations, wavebands)
 
 
@@ -56,13 +53,15 @@ def field_scene(
 ) -> Scene:
     """A scene of the radiance field of a netCDF file, and of the beam that `given` asks for."""
     path = section.file
-    may_ignore_sun = given.has_amounts or given.is_cloudless or given.polarisation is not None  # it is theirs
     try:
-        field = read_field(section, given.sun, may_ignore_sun=may_ignore_sun)
+        field = read_field_file(section, given.sun)
     except FieldError as error:
-        raise refuse(path, error.message, advice=error.advice, code="E710") from None
+        problems = [NOWHERE.problem(path, "E710", one.message, field="", advice=one.advice) for one in error.all]
+        raise InputFileError(problems) from None
     except SceneError as error:
         raise refuse(path, str(error), code="E710") from None
+    if field.sun is not None:
+        given = dataclasses.replace(given, sun=given.sun.over(field.sun))
     if wavelength_nm is None and not field.sky.has_wavelength:
         raise UsageError(f"{path} has no wavelengths: write --wavelengths 412 443 555")
     if not (given.has_amounts or given.is_cloudless or given.diffuse_only) and (beside := lights_beside(path)):
