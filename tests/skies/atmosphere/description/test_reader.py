@@ -181,6 +181,9 @@ def test_problems_of_all_places_come_in_one_go(tmp_path):
     assert codes_of(changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file "))) == ["E401"]
 
 
+KEYS = {"sun": "1.5, 1.9, 1.7, 1.4", "ground": "0.1, 0.1, 0.2, 0.3", "ozone": "1e-27, 1e-25, 5e-25, 1e-25"}
+
+
 @pytest.mark.parametrize(
     ("table", "found"),
     [
@@ -196,18 +199,14 @@ def test_numbers_of_another_unit_and_gaps_are_asked_about(tmp_path, table, found
         read_atmo(changed(tmp_path, (KEYS["sun"], "file t.csv")))
 
 
-KEYS = {"sun": "1.5, 1.9, 1.7, 1.4", "ground": "0.1, 0.1, 0.2, 0.3", "ozone": "1e-27, 1e-25, 5e-25, 1e-25"}
-
-
 @pytest.mark.parametrize(
-    ("key", "text"),
+    "text",
     [
-        ("sun", "wavelength [nm], uW cm-2 nm-1"), ("sun", "values are in mW"), ("sun", "Werte mal 1000"),
-        ("ground", "albédo en %"), ("ground", "альбедо, проценты"), ("ozone", "cross section (cm2/molecule)"),
-        ("ozone", "数值乘以一千"), ("ozone", "log10 of m2"),
+        "wavelength [nm], uW cm-2 nm-1", "values are in mW", "Werte mal 1000", "albédo en %", "альбедо, проценты",
+        "cross section (cm2/molecule)", "数值乘以一千", "log10 of m2",
     ],
 )  # fmt: skip
-def test_comments_of_tables_change_no_light_and_are_quoted_once(tmp_path, key, text):
+def test_comments_of_tables_change_no_light_and_are_quoted_once(tmp_path, text):
     found = []
     for head in ("", f"# {text}\n#\n"):
         (tmp_path / "t.csv").write_text(f"{head}250,0.25\n260,-1e-5\n300,0.1\n900,0.2\n")  # noise below 0
