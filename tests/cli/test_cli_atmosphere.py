@@ -157,6 +157,8 @@ def test_every_save_option(tmp_path):
     model = with_lines(tmp_path)
     model.write_text(model.read_text().replace("ground albedo: 0, 0, 0, 0, 0, 0, 0", "ground albedo: .4" + 6 * ", .4"))
     assert run_model(model, tmp_path / "o", *[f"--save-{name}" for name in names], *SMALL) == 0
+    (note,) = json.loads((tmp_path / "o" / "report.json").read_text())["notes"]
+    assert note.startswith('the file says "spectra/sun_astm_g173.csv: Irradiance')
     with opened(tmp_path / "o") as found:
         np.testing.assert_allclose(found.irradiance_by_order.sum("order"), found.diffuse_irradiance, rtol=1e-13)
         assert found.irradiance_by_order.attrs["units"] == "W m-2 nm-1"

@@ -69,6 +69,8 @@ def test_info_prints_what_an_atmosphere_contains(told):
     assert lines[-9].split() == ["nm", "irradiance", "albedo", "co2", "dust", "co2", "dust"]
     assert [float(word) for word in lines[-8].split()][:3] == [400.0, 0.61096, 0.05]
     found = json.loads(told("info", MARS, "--json").out)
+    assert [line for line in lines if line.startswith("note: ")] == [f"note: {found['notes'][0]}"]
+    assert found["notes"][0].startswith('the file says "spectra/sun_astm_g173.csv: Irradiance of the sun outside')
     assert (found["format"], found["scattering_orders"]) == ("atmosphere description", 15)
     assert [part["name"] for part in found["scatterers"]] == ["co2", "dust"]
     assert found["scatterers"][1]["needs_interpolation_guides"]

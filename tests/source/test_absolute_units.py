@@ -12,7 +12,7 @@ from aomc_sky.errors import InputFileError, SceneError, UsageError
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
-pytest.importorskip("h5py")
+h5py = pytest.importorskip("h5py")
 
 WAVELENGTH = [400.0, 500.0, 700.0]
 FLAT = [2e-9, 2e-9, 2e-9]
@@ -246,11 +246,15 @@ def test_light_below_the_horizon_is_told(perez):
 
 def test_several_files_times_and_animations(perez):
     write_glow(perez.parent, {"a": [glow(time_days=0.25), glow(time_days=0.75, factor=3.0)], "b, c": glow()}, "two.h5")
+    with h5py.File(perez.parent / "two.h5", "r+") as file:
+        file["SpectralCurves"].attrs["note"] = "Werte mal 1000"
     text = "[[background]]\nfile = 'two.h5'\ntime = 43200\nanimation = 'a'\n"
     scene = sky.read_scene(add(perez, NIGHT + BACKGROUND + text + "[[background]]\nfile='two.h5'\ntime=43200\n"))
     assert [c.name for c in scene.components] == ["1:perez", "1:town", "2:a", "3:a", "3:b_ c"]
     np.testing.assert_allclose(irradiances(scene)[:, 2], 2 * 2e-9 / 4, rtol=1e-6)  # half way from 1 to 3
     assert set(scene.input_files) == {"amc", "lambbot", "sky_toml", "background_1", "background_2", "background_3"}
+    said = 'background two.h5: the file says "note: Werte mal 1000" (texts change nothing)'
+    assert [note for note in scene.notes if "says" in note] == [said]
 
 
 def test_turning_lobes_and_local_midnight(perez):

@@ -61,6 +61,7 @@ def _contents(path: Path, file: BackgroundFile) -> dict[str, Any]:
         "format": "background sky",
         "path": str(path),
         "info": {name: getattr(info, name) for name in info.__slots__},
+        "notes": list(file.texts),
         "animations": {name: _animation(keys) for name, keys in file.animations.items()},
         "wavelength_nm": file.wavelength_nm.tolist(),
         "curves": [
@@ -105,7 +106,7 @@ def _text(path: Path, file: BackgroundFile) -> str:
         if one["reference"] == "absolute":
             with contextlib.suppress(OverflowError):  # beyond the year 9999 it stays seconds since 1970
                 one["time_point_s"] = moment_text(one["time_point_s"])
-    parts = [report_text(head, contents["info"])]
+    parts = [report_text(head, {**contents["info"], "notes": contents["notes"]})]
     parts += [report_text(f"animation {shown(name)}, {len(one['keys'])} keys", one) for name, one in animations.items()]
     curves = f"{len(file.curves)} curves [W m-2 nm-1] at {file.wavelength_nm.size} wavelengths, {low:g} to {high:g} nm"
     return "\n\n".join([*parts, report_text(curves, {"curves": contents["curves"]})])
@@ -131,6 +132,7 @@ def _lobes(section: BackgroundSection, sky: LobeSky, wavelength_nm: np.ndarray) 
         "unix_time_s": section.time,
         "utc_offset_h": section.utc_offset,
         "interpolation": section.interpolation,
+        "notes": list(sky.texts),
         "wavelength_nm": wavelength_nm.tolist(),
         "sphere_W_m2_nm": whole.tolist(),
         "irradiance_W_m2_nm": plane.sum(axis=0).tolist(),

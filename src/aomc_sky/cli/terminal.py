@@ -111,7 +111,9 @@ def report_text(head: str, values: Mapping[str, Any]) -> str:
             if isinstance(v, list) and 0 < len(v) == n_wavelengths and isinstance(v[0], float)
         }
         spectra |= found
-        if isinstance(value, list) and value and isinstance(value[0], Mapping):
+        if name == "notes":
+            lines += [f"note: {note}" for note in value]
+        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
             tables.append(f"\n{_plain(name)}:\n{_objects(value, values.get('wavelength_nm') or ())}")
         elif any(isinstance(member, Mapping) for member in members.values()):
             lines += [f"{key}: {shown(member)}" for key, member in members.items()]

@@ -229,6 +229,7 @@ def table_report(table: AtmosphereTable) -> dict[str, Any]:
         "phase_norm": {name: rows.tolist() for name, rows in report.phase_norm.items()},
         "phase_norm_error": {name: rows.tolist() for name, rows in report.phase_norm_error.items()},
         "dropped": list(report.dropped),
+        "notes": list(medium.texts),
         "ground_albedo": medium.ground_albedo.tolist(),
         "sun_angular_radius_deg": float(np.rad2deg(medium.sun_angular_radius_rad)),
         "bins": list(table.bins),

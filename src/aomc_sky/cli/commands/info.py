@@ -309,6 +309,7 @@ def _atmosphere(arguments: argparse.Namespace, path: Path) -> int:
         "absorbers": [_members(gas, _ABSORBER) for gas in d.absorbers],
         **{name: {key: array.tolist() for key, array in getattr(medium, name).items()} for name in _BY_SPECIES},
         "negligible_species": list(medium.dropped),
+        "notes": list(d.texts),
         "sizes": dict(d.sizes),
         "textures_are_radiances": d.textures_are_radiances,
         "has_eclipsed_double_scattering_textures": d.has_eclipsed_double_scattering_textures,

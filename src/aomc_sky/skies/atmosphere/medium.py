@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import InitVar, dataclass
+from dataclasses import InitVar, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -85,6 +85,8 @@ class Medium:
     least_line_points, least_angles : int
         Points along a line that order 1 has at least, and directions on the sphere that `sos` has at least;
         accuracy does not need them. [0 or more]
+    texts : tuple of str
+        Notes for a person, such as what the file says in words.
 
     Examples
     --------
@@ -112,6 +114,7 @@ class Medium:
     n_orders: int
     least_line_points: int = 0
     least_angles: int = 0
+    texts: tuple[str, ...] = field(default=(), compare=False)
     sun_angular_radius_deg: InitVar[float | None] = None
 
     __eq__ = same_content

@@ -213,6 +213,10 @@ class AtmosphereSky(Share):
             radiance[here] = self.solved.at(zenith.ravel()[here], azimuth.ravel()[here])[row]
         return radiance.reshape(zenith.shape)
 
+    def notes(self, wavelength_nm: ArrayLike) -> tuple[str, ...]:
+        """What the description of the medium says in words."""
+        return tuple(f"atmosphere: {text}" for text in self.medium.texts)
+
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of patches whose masses are irradiances; a wavelength gets the nearest one that is solved.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +31,8 @@ class BackgroundSky:
         Spectral irradiance integrated over the whole sphere. [W m-2 nm-1, >= 0]
     utc_offset_h : float
         Local time less UTC, for the midnight of repeating animations. [h]
+    texts : tuple of str
+        Notes for a person, such as what the file says in words.
 
     Examples
     --------
@@ -44,6 +46,7 @@ class BackgroundSky:
     wavelength_nm: np.ndarray
     curves: np.ndarray
     utc_offset_h: float = 0.0
+    texts: tuple[str, ...] = field(default=(), compare=False)
 
     __eq__ = same_content
     __repr__ = short_repr
@@ -134,7 +137,7 @@ def background_at(
         for name, animation in sky.animations.items():
             time = float(animation.relative_days(unix_time_s, utc_offset_h=offset))
             lobes += _lobes(sky, animation, prefix + name, time, interpolation)
-    return LobeSky(lobes=tuple(lobes))
+    return LobeSky(lobes=tuple(lobes), texts=tuple(dict.fromkeys(text for sky in skies for text in sky.texts)))
 
 
 def _check(animation: Animation) -> None:

@@ -48,7 +48,11 @@ def read_background(path: str | os.PathLike[str], *, utc_offset_h: float = 0.0) 
 def background_sky(file: BackgroundFile, *, utc_offset_h: float = 0.0) -> BackgroundSky:
     """The sky that a background-sky file, read or built in Python, describes."""
     return BackgroundSky(
-        animations=file.animations, wavelength_nm=file.wavelength_nm, curves=file.curves, utc_offset_h=utc_offset_h
+        animations=file.animations,
+        wavelength_nm=file.wavelength_nm,
+        curves=file.curves,
+        utc_offset_h=utc_offset_h,
+        texts=file.texts,
     )
 
 

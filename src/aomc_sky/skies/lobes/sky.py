@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -116,6 +116,8 @@ class LobeSky(Share):
     ----------
     lobes : tuple of WeightedLobe
         The lobes; their light adds. No lobe: a black sky.
+    texts : tuple of str
+        Notes for a person, such as what the file says in words.
     strength, irradiance_W_m2_nm : array_like, optional
         Instead of its own irradiance, as for `UniformSky`. [>= 0]
 
@@ -137,6 +139,7 @@ class LobeSky(Share):
     """
 
     lobes: tuple[WeightedLobe, ...]
+    texts: tuple[str, ...] = field(default=(), compare=False)
 
     __eq__ = same_content
     __repr__ = short_repr
@@ -151,6 +154,10 @@ class LobeSky(Share):
     def irradiance(self, wavelength_nm: ArrayLike) -> np.ndarray:
         """Spectral irradiance of all lobes, over the whole sphere, as `WeightedLobe.irradiance`. [W m-2 nm-1]"""
         return sum((lobe.irradiance(wavelength_nm) for lobe in self.lobes), np.zeros(np.shape(wavelength_nm)))
+
+    def notes(self, wavelength_nm: ArrayLike) -> tuple[str, ...]:
+        """What the files of the lobes say in words."""
+        return self.texts
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """Components with the exact flux law, in absolute units, a row for each wavelength.

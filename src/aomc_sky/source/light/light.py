@@ -430,7 +430,8 @@ def _joined(light: Light, base: np.ndarray, skies: Sequence[LobeSky], bands: Wav
     ]
     rows = rows.ravel()
     lobes = np.stack([c.strength[rows] for c in added.components], axis=1) if added.components else base[:, :0]
-    notes = [f"below the horizon, so without photons: {', '.join(added.hidden)}"] if added.hidden else []
+    notes = list(dict.fromkeys(text for sky in skies for text in sky.texts))
+    notes += [f"below the horizon, so without photons: {', '.join(added.hidden)}"] if added.hidden else []
     return dataclasses.replace(
         light,
         components=(*own, *added.components),

@@ -152,6 +152,7 @@ def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, inputs: LightInputs)
         f"atmosphere: {atmosphere.section.file}, method {solved.method}, {orders}, {sky.medium.wavelength_nm.size} "
         f"wavelengths; direct fraction {low if low == high else f'{low} to {high}'}"
     ]
+    notes += sky.notes(sky.medium.wavelength_nm)
     if solved.reason:
         notes.append(f"atmosphere: method {solved.method} because {solved.reason}")
     if solved.later_orders is not None:

@@ -11,6 +11,8 @@ from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.skies.atmosphere.description import keys as all_keys
 from aomc_sky.skies.atmosphere.description.data import PhaseFunctionType
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
+from aomc_sky.skies.atmosphere.model import AtmosphereSky
+from aomc_sky.source.scene import Scene
 from tests.support.shared import DATA, REPOSITORY
 
 PLAIN = DATA / "atmo" / "good" / "plain.atmo"
@@ -183,32 +185,45 @@ KEYS = {"sun": "1.5, 1.9, 1.7, 1.4", "ground": "0.1, 0.1, 0.2, 0.3", "ozone": "1
 
 
 @pytest.mark.parametrize(
-    ("key", "table", "found"),
+    ("table", "found"),
     [
-        ("sun", "# wavelength [nm], uW cm-2 nm-1", r"E401.*says .* in a comment(?s:.*)multiply its values by 0\.01"),
-        ("sun", "# Etr in W m-2 um-1", r"E401(?s:.*)multiply its values by 0\.001"),
-        ("sun", "# nm, W*m-2*nm-1", ""),
-        ("sun", "# from uW cm-2 nm-1: in W m-2 nm-1", ""),
-        ("ground", "# nm, albedo in %", r"E401(?s:.*)multiply its values by 0\.01"),
-        ("ground", "# 5 % of the surface", ""),
-        ("ozone", "# nm, cross section (cm2/molecule)", r"E401(?s:.*)multiply its values by 0\.0001"),
-        ("ozone", "# 8e18 molecules per cm2, m2 molecule-1", ""),
-        ("sun", "0.3,1\n0.9,1\n", "(?s)E408.*micrometres"),
-        ("sun", "3000,1\n9000,1\n", "(?s)E408.*angstroms"),
-        ("sun", "300,1.5\n500,999\n900,1.4\n", "E404.*1 value is 999, and the next one is 1.5; is 999 a gap"),
-        ("sun", "300,1.5\n501,-1\n900,1.5\n", "(?s)E404.*-1 is below 0.*leave out the rows of gaps"),
-        ("sun", "# noise below 0\n250,1\n260,-1e-5", ""),
+        ("0.3,1\n0.9,1\n", "(?s)E408.*micrometres"),
+        ("3000,1\n9000,1\n", "(?s)E408.*angstroms"),
+        ("300,1.5\n500,999\n900,1.4\n", "E404.*1 value is 999, and the next one is 1.5; is 999 a gap"),
+        ("300,1.5\n501,-1\n900,1.5\n", "(?s)E404.*-1 is below 0.*leave out the rows of gaps"),
     ],
 )
-def test_tables_of_another_unit_and_gaps_are_asked_about(tmp_path, key, table, found):
-    """A table of another unit than that of its key was read as if it had that one."""
-    (tmp_path / "t.csv").write_text(f"{table}\n300,0.1\n900,0.1\n" if table.startswith("#") else table)
-    path = changed(tmp_path, (KEYS[key], "file t.csv"))
-    if not found:
-        read_atmo(path)
-        return
+def test_numbers_of_another_unit_and_gaps_are_asked_about(tmp_path, table, found):
+    (tmp_path / "t.csv").write_text(table)
     with pytest.raises(InputFileError, match=found):
-        read_atmo(path)
+        read_atmo(changed(tmp_path, (KEYS["sun"], "file t.csv")))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "wavelength [nm], uW cm-2 nm-1", "values are in mW", "Werte mal 1000", "albédo en %", "альбедо, проценты",
+        "cross section (cm2/molecule)", "数值乘以一千", "log10 of m2",
+    ],
+)  # fmt: skip
+def test_comments_of_tables_change_no_light_and_are_quoted_once(tmp_path, text):
+    found = []
+    for head in ("", f"# {text}\n#\n"):
+        (tmp_path / "t.csv").write_text(f"{head}250,0.25\n260,-1e-5\n300,0.1\n900,0.2\n")  # noise below 0
+        found.append(read_atmo(changed(tmp_path, *((one, "file t.csv") for one in KEYS.values()))))
+    silent, said = found
+    assert said == silent
+    assert silent.texts == ()
+    assert said.texts == (f'the file says "t.csv: {text}" (texts change nothing)',)
+
+
+def test_the_line_above_the_rows_of_a_long_head_is_quoted_and_reaches_a_scene(tmp_path):
+    (tmp_path / "t.csv").write_text("# first line\n" + "# more\n" * 50 + "# last line, mW\n300,0.1\n900,0.2\n")
+    path = changed(tmp_path, (KEYS["ground"], "file t.csv"))
+    air = AtmosphereSky.from_file(path, wavelength_nm=[500.0], sun_zenith_deg=30.0, method="order1")
+    (note,) = Scene(wavebands=[500.0], n_photons=10, components=air).notes
+    assert note.startswith('atmosphere: the file says "t.csv: first line more')
+    assert note.endswith('more more last line, mW" (texts change nothing)')
 
 
 def test_code_is_not_evaluated_nor_stripped_of_anything(tmp_path):

@@ -2,18 +2,18 @@
 
 import operator
 import pickle
-import re
 import time
-import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning, SceneError
+from aomc_sky.skies.lobes.background import background_at
 from aomc_sky.skies.lobes.file.data import BackgroundFile, BackgroundInfo, ReferenceType, normalised
 from aomc_sky.skies.lobes.file.file import read_background_file as read
 from aomc_sky.skies.lobes.file.file import write_background
+from aomc_sky.skies.lobes.light import background_sky
 from tests.skies.lobes.animations import animation
 from tests.support.background import CURVES, SAMPLES, lobe_dtype, plain_file
 
@@ -278,35 +278,58 @@ def test_nothing_is_written_that_the_reader_would_refuse(changes, tmp_path):
 @pytest.mark.parametrize(
     ("name", "word", "value", "found"),
     [
-        ("SpectralSamples", "units", "nm", "nm"), ("SpectralSamples", "unit", "m", "m"),
+        ("SpectralSamples", "units", "nm", "nm; um is read; write um"), ("SpectralSamples", "unit", "m", "m; um"),
         ("SpectralSamples", "units", "um", ""), ("SpectralSamples", "units", "µm", ""),
-        ("SpectralCurves", "units", "W m-2 nm-1", "W m-2 nm-1"), ("SpectralCurves", "units", "W/cm^2/um", ""),
-        ("SpectralCurves", "units", "microflicks", None), ("SpectralCurves", "scale_factor", 0.001, "0.001"),
-        ("SpectralCurves", "Note", "nm", ""), ("SpectralCurves", "Units", "W m-2 nm-1", "W m-2 nm-1"),
-        ("SpectralCurves", "scaling_factor", 0.001, "0.001"), ("SpectralCurves", "scale_factor", 1.0, ""),
-        ("SpectralCurves", "units", "W cm-2 um-1 sr-1", "W cm-2 um-1 sr-1"), ("SpectralCurves", "scale", "0.1", "0.1"),
-        ("SpectralCurves", "description", ["a", "b"], ""), ("SpectralCurves", "_FillValue", [1.0, 2.0], ""),
-        ("SpectralCurves", "_FillValue", 0.0, ""),
-        ("SpectralCurves", "long_name", "Irradiance [W/cm^2/um], from W m-2 nm-1", ""),
-        ("SpectralSamples", "description", "wavelength grid of A. Smith, in microns", ""),
-        ("SpectralCurves", "long_name", "irradiance in W m-2 um-1", "W m-2 um-1"),
-        ("SpectralSamples", "description", "wavelength [nm]", "nm"),
-        ("SpectralSamples", "comment", "samples: angstroms", "angstroms"),
+        ("SpectralSamples", "units", "", ""), ("SpectralCurves", "units", "W/cm^2/um", ""),
+        ("SpectralCurves", "Units", "W m-2 nm-1", "W m-2 nm-1; W cm-2 um-1 is read; write W cm-2 um-1"),
+        ("SpectralCurves", "units", "W cm-2 um-1 sr-1", "W cm-2 um-1 sr-1"),
+        ("SpectralCurves", "units", "microflicks", "microflicks; W cm-2 um-1 is read; write W cm-2 um-1, or leave"),
+        ("SpectralCurves", "scale_factor", 0.001, "0.001"), ("SpectralCurves", "scale_factor", "0.1", "0.1"),
+        ("SpectralCurves", "scale_factor", 0.0, "0.0"), ("SpectralCurves", "scale_factor", "ten", "ten"),
+        ("SpectralCurves", "scale_factor", 1.0, ""), ("SpectralCurves", "add_offset", [0.0, 1.0], "[0. 1.]"),
+        ("SpectralCurves", "add_offset", 0.0, ""), ("SpectralCurves", "_FillValue", 0.0, ""),
+        ("SpectralCurves", "_FillValue", np.zeros(0), ""), ("SpectralCurves", "missing_value", 1e300, ""),
     ],
 )  # fmt: skip
-def test_units_that_the_file_states_are_those_of_the_format(name, word, value, found, tmp_path):
-    """What is found is another unit, or nothing, or (None) what nobody knows."""
+def test_exact_keys_state_the_units_of_the_format_or_are_asked_about(name, word, value, found, tmp_path):
     path = plain_file(tmp_path / "a.h5")
     with h5py.File(path, "r+") as file:
         file[name].attrs[word] = value
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        if found:
-            with pytest.raises(InputFileError, match=f"{name}: its attribute {word} is {re.escape(found)}.*is read"):
-                read(path)
-        else:
-            read(path)
-    assert bool(caught) is (found is None)
+    if not found:
+        assert read(path).texts == ()
+        return
+    with pytest.raises(InputFileError) as caught:
+        read(path)
+    (problem,) = caught.value.problems
+    said = f"{problem.code} {problem.field} {problem.message}; {problem.advice}"
+    assert said.startswith(f"E506 /{name} its attribute {word} is {found}")
+
+
+@pytest.mark.parametrize("name", ["SpectralSamples", "SpectralCurves"])
+@pytest.mark.parametrize(
+    ("word", "text"),
+    [
+        ("comment", "values are in mW"), ("note", "Werte mal 1000"), ("long_name", "irradiance in W m-2 um-1"),
+        ("description", "divisé par 10 au préalable"), ("scaling_factor", 0.5), ("bemerkung", "lg der Bestrahlung"),
+        ("说明", "数值乘以一千"), ("Gain", "wavelength [nm], x 1e-3"),
+    ],
+)  # fmt: skip
+def test_texts_change_no_light_and_are_quoted(name, word, text, tmp_path):
+    path = plain_file(tmp_path / "a.h5")
+    silent = read(path)
+    with h5py.File(path, "r+") as file:
+        file[name].attrs[word] = text
+        file["SpectralSamples"].attrs["many"] = ["texts", "are", "left out"]
+    said = read(path)
+    assert said == silent
+    for spectrum in ("wavelength_nm", "curves"):
+        assert getattr(said, spectrum).tobytes() == getattr(silent, spectrum).tobytes()
+    shown = text if word in ("comment", "description", "long_name") else f"{word}: {text}"
+    note = f'background a.h5: the file says "{shown}" (texts change nothing)'
+    assert (silent.texts, said.texts) == ((), (note,))
+    night = background_at([background_sky(said), background_sky(said)], 0.0)
+    assert night.texts == night.notes([500.0]) == (note,)
+    assert night == background_at([background_sky(silent), background_sky(silent)], 0.0)
 
 
 @pytest.mark.parametrize(
@@ -315,7 +338,8 @@ def test_units_that_the_file_states_are_those_of_the_format(name, word, value, f
         (9999.0, None, "is 9999 a gap"),
         (999.9, None, "is 999.9 a gap"),
         (12.5, 12.5, "has the value 12.5 of its attribute missing_value"),
-        (12.3, "12.3", "has the value 12.3 of its attribute missing_value"),
+        (12.3, ["12.3"], "has the value 12.3 of its attribute missing_value"),
+        (12.3, [7.0, 12.3], "has the value 12.3 of its attribute missing_value"),
         (9.96921e36, None, r"value \[0, 1\] is 9.96921e\+36; allowed: up to 1e\+30"),
     ],
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -73,6 +73,7 @@ class AtmosphereDescription:
     #: Directives of the tool that this format comes from
     textures_are_radiances: bool
     has_eclipsed_double_scattering_textures: bool
+    texts: tuple[str, ...] = field(default=(), compare=False)  #: A note that quotes the comments of its tables, if any
 
     __eq__ = same_content
     __repr__ = short_repr

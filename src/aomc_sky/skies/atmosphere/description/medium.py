@@ -97,6 +97,7 @@ def read_medium(
         n_orders=description.scattering_orders,
         least_line_points=description.sizes.get("radial integration points", 0),
         least_angles=description.sizes.get("angular integration points", 0),
+        texts=description.texts,
     )
     _warn_of_too_bright_a_sun(medium, description.path)
     depth = vertical_optical_depth(medium)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from aomc_sky.formats.quote import quote
 from aomc_sky.formats.report import MAX_PROBLEMS, BadValueError, Report, nearest, quoted
 from aomc_sky.formats.text_file import read_bytes
 from aomc_sky.formats.units import AU_M
@@ -154,6 +155,7 @@ class Builder:
             sizes=MappingProxyType({key: values[key] for key in SIZES if key in values}),
             textures_are_radiances=DIRECTIVES[0] in reader.directives,
             has_eclipsed_double_scattering_textures=DIRECTIVES[1] not in reader.directives,
+            texts=tuple(quote(self.spectra.said.values())),
         )
 
     def _species(self, section: Section) -> Species | None:

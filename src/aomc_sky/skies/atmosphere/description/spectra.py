@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
@@ -14,8 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.errors import InputFileError, Problem
-from aomc_sky.formats.radiance_unit import radiance_factor
-from aomc_sky.formats.radiance_words import doubt_of_gaps, parts_of
+from aomc_sky.formats.radiance_words import doubt_of_gaps
 from aomc_sky.formats.report import BadValueError, Gathered, Report, outside, quoted
 from aomc_sky.formats.spectrum_csv import MAX_VALUE, Spectrum, bin_means, numbers, read_rows, read_spectrum_csv
 from aomc_sky.formats.units import parse_real
@@ -31,6 +30,7 @@ MAX_REFERENCES = 1024
 
 _NOISE = 1e-3  #: Measured cross sections have noise around 0, this share of the largest at most.
 _SAY_GAPS = "leave out the rows of gaps"
+_END = 70  #: Characters that are quoted of the begin, and of the end, of the comments of a table.
 _WEIGHTED = re.compile(r"(weighted file\s+)(\S+)\s+(.*)\Z", re.DOTALL)
 
 
@@ -41,6 +41,7 @@ class SpectrumReader:
     path: str  #: Of the description
     allow_paths: Sequence[str | Path] = ()  #: Folders beside its own, below which tables may lie
     problems: list[Problem] = field(default_factory=list)  #: Gets what is wrong inside the tables
+    said: dict[str, str] = field(default_factory=dict)  #: Comments above the rows of tables, by their names
     _tables: dict[str, Spectrum | None] = field(default_factory=dict)
     _means: dict[str, np.ndarray] = field(default_factory=dict)
     _n_tables: int = 0
@@ -89,7 +90,8 @@ class SpectrumReader:
             table = self._table(shown, real)
             if table is None or wavelength_nm is None:
                 return None
-            _check_head(name, table.head, rule)
+            if text := " ".join(" ".join(table.head).split()):
+                self.said[name] = f"{name}: {_both_ends(text)}"
             if doubt := doubt_of_gaps([table.value]):
                 message = f"{quoted(name)}: {doubt[0].replace('radiance', 'value')}"
                 raise BadValueError("E404", message, advice=_SAY_GAPS)
@@ -181,31 +183,9 @@ def out_of_range(shown: str, rule: Spectral, *, offset: int = 0, width: int = 0)
     return outside(shown, limits, offset=offset, width=width)
 
 
-def _check_head(name: str, head: Sequence[str], rule: Spectral) -> None:
-    """Refuse a table whose comments say another unit than the one that is read."""
-    pieces = [piece for line in head for piece in parts_of(line)]
-    units = {factor: piece for piece in pieces if (factor := _UNITS_OF[rule.unit](piece))}
-    if units and 1.0 not in units:
-        factor, piece = next(iter(units.items()))
-        message = f"{quoted(name)} says {quoted(piece)} in a comment; {rule.unit or 'a share of 1'} is read"
-        raise BadValueError("E401", message, advice=f"multiply its values by {factor:g}, and correct the comment")
-
-
-def _area_factor(text: str) -> float | None:
-    """An area of a molecule in m2; None for other texts."""
-    match = re.fullmatch(rf"([a-zµμ]?m)(?:\^|\*\*)?[2²]{_EACH}", text)
-    return _METRES.get(match[1], 0.0) ** 2 if match else None
-
-
-_EACH = r"(?:[ /*·]*(?:per )?(?:molecules?|molec|mol|particles?)\.?(?:\^?-1)?)?"
-_METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9}
-_UNITS_OF: dict[str, Callable[[str], float | None]] = {
-    "W m-2 nm-1": lambda text: radiance_factor(f"{text} sr-1"),
-    "W m-2 sr-1 nm-1 per cd m-2": radiance_factor,
-    "m2": _area_factor,
-    "": lambda text: 0.01 if text.lower() in ("%", "percent", "per cent") else None,
-}
-"""Units in those of a key, None for other texts."""
+def _both_ends(text: str) -> str:
+    """A text with its middle left out where it is long: a unit often stands in the line above the rows."""
+    return text if len(text) <= 2 * _END else f"{text[:_END]} ... {text[-_END:]}"
 
 
 def _check_cover(name: str, known_nm: np.ndarray, wavelength_nm: np.ndarray) -> None:

@@ -139,6 +139,7 @@ class BackgroundFile:
     wavelength_nm: np.ndarray  #: float64 (n_wavelength,), rising. [nm]
     #: float64 (n_curve, n_wavelength), spectral irradiance integrated over the sphere. [W m-2 nm-1, >= 0]
     curves: np.ndarray
+    texts: tuple[str, ...] = field(default=(), compare=False)  #: A note that quotes attributes of the spectra, if any
 
     __eq__ = same_content
     __repr__ = short_repr

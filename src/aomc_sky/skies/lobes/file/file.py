@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -13,8 +12,9 @@ import numpy as np
 
 from aomc_sky.errors import InputFileError, SceneError
 from aomc_sky.extras import optional_module
+from aomc_sky.formats.quote import quote, texts_of
 from aomc_sky.formats.radiance_unit import radiance_factor
-from aomc_sky.formats.radiance_words import LENGTH_NM, MAX_RADIANCE, doubt_of_gaps, names_fill, parts_of, plain_unit
+from aomc_sky.formats.radiance_words import LENGTH_NM, MAX_RADIANCE, doubt_of_gaps, plain_unit
 from aomc_sky.formats.report import Report, printable
 from aomc_sky.formats.text_file import write_bytes_atomically
 from aomc_sky.skies.lobes.file.data import (
@@ -28,12 +28,14 @@ from aomc_sky.skies.lobes.file.data import (
 )
 from aomc_sky.skies.lobes.file.hdf5_members import (
     EXTRA,
+    FILLS,
     INFORMING,
+    NEUTRAL,
     NUMBERS,
     OPTIONAL,
-    SENTENCES,
-    SPECTRA,
+    STATING,
     TEXTS,
+    UNITS,
     Hdf5Members,
     read_members,
 )
@@ -124,7 +126,7 @@ def background_of_members(members: Hdf5Members, report: Report) -> BackgroundFil
     if not paths and not any(p.field.startswith("/LobeAnims") for p in report.problems):
         report.add("E504", "no animation, or no such group", name="/LobeAnims", advice="give at least one lobe")
     made = {path.removeprefix("LobeAnims/"): _animation(members, path, report) for path in paths}
-    spectra = _spectra(members, report)
+    texts, spectra = _texts(members, report), _spectra(members, report)
     if spectra is None:
         return None
     wavelength, curves = spectra
@@ -133,6 +135,7 @@ def background_of_members(members: Hdf5Members, report: Report) -> BackgroundFil
         animations={name: animation for name, animation in made.items() if animation is not None},
         wavelength_nm=frozen(wavelength * NM_PER_UM),
         curves=frozen(curves * SI_PER_FILE_UNIT),
+        texts=texts,
     )
 
 
@@ -140,7 +143,6 @@ def _spectra(members: Hdf5Members, report: Report) -> tuple[np.ndarray, np.ndarr
     """Wavelengths (n_wavelength,) and curves (n_curve, n_wavelength) in the units of the file."""
     wavelength = _plain(members, "SpectralSamples", report)
     curves = _plain(members, "SpectralCurves", report)
-    _check_units(members, report)
     if wavelength is None or curves is None:
         return None
     wavelength = wavelength.reshape(-1) if sum(n != 1 for n in wavelength.shape) <= 1 else wavelength
@@ -158,47 +160,43 @@ def _spectra(members: Hdf5Members, report: Report) -> tuple[np.ndarray, np.ndarr
     return wavelength, curves
 
 
-def _check_units(members: Hdf5Members, report: Report) -> None:
-    """Report attributes of the spectra that say other units than those of the format, or a factor."""
-    for name in SPECTRA:
-        unit, factor = _UNITS[name]
-        for key in sorted(key for key in (*members.texts, *members.arrays) if key.startswith(f"{name}@")):
-            word, text, number = key.partition("@")[2], members.texts.get(key), members.arrays.get(key)
-            number = _number_of(text) if number is None else number
-            if names_fill(word):
-                _check_fill(members, name, word, number, report)
-                continue
-            if word.lower() in SENTENCES:
-                text = _unit_in(text or "", factor)
-            share = 1.0 if text is None or number is not None else factor(text)
-            is_factor = number is not None and not np.all(np.isin(number, (0.0, 1.0)))
+def _texts(members: Hdf5Members, report: Report) -> tuple[str, ...]:
+    """Check what attributes of the spectra state, by exact keys; a note quotes all others."""
+    others: list[str] = []
+    for name, (unit, share_of) in _UNITS.items():
+        keys = sorted(key for key in (*members.texts, *members.arrays) if key.startswith(f"{name}@"))
+        said = {
+            key.partition("@")[2]: np.squeeze(np.array(members.texts.get(key, members.arrays.get(key)))) for key in keys
+        }
+        others += texts_of({word: value for word, value in said.items() if word.lower() not in STATING})
+        for word, value in said.items():
+            key, text, number = word.lower(), str(value), _number_of(value)
+            share = share_of(text) if key in UNITS and text.strip() else 1.0
+            is_factor = key in NEUTRAL and (number is None or np.any(number != NEUTRAL[key]))
             if is_factor or not np.isclose(share, 1.0):
-                message = f"its attribute {word} is {printable(text or str(number))}; {unit} is read"
-                is_warning = number is None and share == 0.0  # words that are no unit
-                report.add("E506", message, name=f"/{name}", advice=f"write {unit}", is_warning=is_warning)
+                message = f"its attribute {word} is {printable(text)}; {unit} is read"
+                advice = f"write {unit}" + (", or leave the attribute out" if share == 0.0 else "")
+                report.add("E506", message, name=f"/{name}", advice=advice)
+            if key in FILLS and number is not None:
+                _check_fill(members, name, word, number, report)
+    return tuple(f"background {printable(Path(report.path).name)}: {note}" for note in quote(others))
 
 
-def _number_of(text: str | None) -> np.ndarray | None:
-    """A number that is written as a text."""
+def _number_of(value: np.ndarray) -> np.ndarray | None:
+    """Numbers, or a text that is one."""
     try:
-        return None if text is None else np.array(float(text))
+        return value.astype(np.float64)
     except ValueError:
         return None
 
 
-def _unit_in(text: str, factor: Callable[[str], float]) -> str | None:
-    """A unit that a sentence says, that of the format if it is there; None without any."""
-    pieces = parts_of(text)
-    found = {share: piece for piece in pieces if piece.lower() != "a" and (share := factor(piece))}
-    return next((piece for share, piece in found.items() if np.isclose(share, 1.0)), next(iter(found.values()), None))
-
-
-def _check_fill(members: Hdf5Members, name: str, word: str, number: np.ndarray | None, report: Report) -> None:
+def _check_fill(members: Hdf5Members, name: str, word: str, number: np.ndarray, report: Report) -> None:
     """Report values that the file itself calls missing."""
-    values = members.arrays.get(name)
-    fill = None if number is None or values is None else np.asarray(number).astype(values.dtype).ravel()[0]
-    if fill and np.any(values == fill):  # 0 is no light in any case
-        message = f"has the value {fill:g} of its attribute {printable(word)}, which is missing"
+    values = members.arrays.get(name, np.zeros(0))
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = values[np.isin(values, number.astype(values.dtype)) & (values != 0)]  # 0 is no light in any case
+    if found.size:
+        message = f"has the value {found[0]:g} of its attribute {word}, which is missing"
         report.add("E506", message, name=f"/{name}", advice="write a value for each wavelength, or leave it out")
 
 

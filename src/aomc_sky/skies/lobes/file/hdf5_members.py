@@ -23,7 +23,6 @@ from aomc_sky.formats.hdf5_storage import (
     require_plain_chunks,
     require_size,
 )
-from aomc_sky.formats.radiance_words import is_factor, names_fill
 from aomc_sky.formats.report import Report, printable
 from aomc_sky.formats.text_file import open_data, refuse
 
@@ -54,9 +53,9 @@ _AGAIN = "make the file again"
 
 
 SPECTRA = ("SpectralSamples", "SpectralCurves")
-UNIT_WORDS = ("units", "unit", "scale_factor", "add_offset")
-SENTENCES = ("long_name", "description", "comment", "note")
-"""Attributes of the spectra that are looked at, as ``SpectralCurves@units``, in any letters, beside other factors."""
+UNITS, NEUTRAL, FILLS = ("units", "unit"), {"scale_factor": 1.0, "add_offset": 0.0}, ("_fillvalue", "missing_value")
+STATING = (*UNITS, *NEUTRAL, *FILLS)
+"""Attributes of the spectra that state something, as ``SpectralCurves@units``, in any letters; others are quoted."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -153,16 +152,15 @@ class _Reading:
             require_plain_chunks(item, self.budget)
             self._store("/".join(path), item, partial(item.__getitem__, ()))
             for word in item.attrs if path[0] in SPECTRA else ():
-                if word.lower() in UNIT_WORDS or is_factor(word) or self._informs(item.attrs.get_id(word), word):
+                if word.lower() in STATING or self._informs(item.attrs.get_id(word)):
                     self._store(f"{path[0]}@{word}", item.attrs.get_id(word), partial(item.attrs.get, word))
 
-    def _informs(self, attribute: Any, word: str) -> bool:
-        """Whether an attribute is one sentence or number on the spectra; others are not looked at."""
-        dtype, shape = attribute.dtype, attribute.shape
-        if shape is None or math.prod(shape) != 1 or dtype.itemsize > MAX_TEXT_BYTES:
+    def _informs(self, attribute: Any) -> bool:
+        """Whether an attribute is one text or number of a harmless size, and not one of very many."""
+        dtype, shape, is_full = attribute.dtype, attribute.shape, len(self.members.texts) >= MAX_VALUES_SHOWN
+        if shape is None or math.prod(shape) != 1 or dtype.itemsize > MAX_TEXT_BYTES or is_full:
             return False
-        is_text = self.h5py.check_string_dtype(dtype) is not None
-        return (word.lower() in SENTENCES and is_text) or (names_fill(word) and (is_text or dtype.kind in "iuf"))
+        return dtype.kind in "iuf" or self.h5py.check_string_dtype(dtype) is not None
 
     def _store(self, name: str, item: Any, values: Callable[[], Any]) -> None:
         """Take the values of a dataset or an attribute whose type and size are harmless."""
