@@ -64,7 +64,7 @@ COMMANDS = [
     ("howto/from_aomc.md", 6, ()),
     ("howto/from_libradtran.md", 4, ()),
     ("formats/mcpl.md", 3, ("mcpl",)),
-    pytest.param("howto/measured_sky.md", 6, (), marks=pytest.mark.slow),
+    pytest.param("howto/measured_sky.md", 8, (), marks=pytest.mark.slow),
     pytest.param("howto/weather.md", 17, ("pvlib",), marks=pytest.mark.slow),
     pytest.param("howto/polarised.md", 3, (), marks=pytest.mark.slow),
     pytest.param("howto/radiance.md", 8, ("xarray",), marks=pytest.mark.slow),
