@@ -49,6 +49,13 @@ def test_script_writes_the_same_night(tmp_path):
         assert made.read_bytes() == kept.read_bytes()
 
 
+def test_script_writes_the_same_measurements():
+    made, folder = script(INPUTS / "make_measured.py"), INPUTS / "measured"
+    written = {"sky.csv": made.measured, "almucantar.alm": made.almucantar, "principal_plane.ppl": made.principal_plane}
+    assert sorted(path.name for path in folder.iterdir()) == sorted(written)
+    assert [name for name, text in written.items() if (folder / name).read_text() != text()] == []
+
+
 def test_readme_lists_every_scene_with_its_footprint():
     rows = re.findall(r"^\| `(\w+)` \|.*\| (\w+) \|$", (INPUTS / "README.md").read_text(), re.MULTILINE)
     assert sorted(name for name, _ in rows) == SCENES
