@@ -45,7 +45,9 @@ def read_polarised_field(
     signs = stated.stokes_signs or (1, 1)
     q, u = (sign * radiances(one.transpose(*field.dims)) for sign, one in zip(signs, others, strict=True))
     if not np.all(np.isfinite([light, q, u])):
-        advice = f"interpolate I, Q and U to such a grid, or give I alone: --variable {name} (variable=), --isel stokes=0"
+        advice = (
+            f"interpolate I, Q and U to such a grid, or give I alone: --variable {name} (variable=), --isel stokes=0"
+        )
         raise FieldError("a polarised field wants I, Q and U in every direction of a grid, without gaps", advice)
     if np.any(np.hypot(q, u) > np.abs(light) * (1.0 + _ROUNDED)):
         raise FieldError("the field has more polarised light than light", "give Q and U in the unit of I", "variable")

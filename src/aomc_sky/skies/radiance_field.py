@@ -54,7 +54,9 @@ def read_radiance_field(
     the sun as `RadianceField` has it.
     """
     field, questions = chosen.radiance, Questions()
-    zenith, azimuth, wavelength = (axis_of(field, one, stated, chosen.bounds) for one in ("zenith", "azimuth", "wavelength"))
+    zenith, azimuth, wavelength = (
+        axis_of(field, one, stated, chosen.bounds) for one in ("zenith", "azimuth", "wavelength")
+    )
     assert zenith is not None
     axes = tuple(one for one in (zenith, azimuth, wavelength) if one is not None)
     remarks: list[str] = []

@@ -289,7 +289,10 @@ class TabulatedSky(Share):
             wavelength_unit=wavelength_unit,
             radiance_unit=radiance_unit,
         )
-        angles = (("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad), ("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad))
+        angles = (
+            ("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad),
+            ("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
+        )
         sun_zenith, sun_azimuth = (
             None if value is None and twin is None else number(name, given_angle(name, value, twin))
             for name, value, twin in angles

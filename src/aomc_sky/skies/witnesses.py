@@ -23,7 +23,12 @@ _POINTS = ("east", "north-east", "north", "north-west", "west", "south-west", "s
 
 
 def brightest_note(
-    radiance: np.ndarray, zenith_deg: np.ndarray, azimuth_deg: np.ndarray, irradiance: float, unit: float, nm: float | None
+    radiance: np.ndarray,
+    zenith_deg: np.ndarray,
+    azimuth_deg: np.ndarray,
+    irradiance: float,
+    unit: float,
+    nm: float | None,
 ) -> str:
     """The line of what was read: the brightest direction, and the irradiance of a wavelength [radiance x sr]."""
     k = int(np.argmax(radiance))
@@ -68,7 +73,9 @@ def _not_in_degrees(zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> str:
     """Whether the angles of a whole sky are within a quarter and a turn in radians."""
     height, turn = float(np.max(np.abs(zenith_deg), initial=0.0)), float(np.ptp(azimuth_deg))
     if _FEWEST_TURN < height / (np.pi / 2) < _MOST_TURN and _FEWEST_TURN < turn / (2 * np.pi) < _MOST_TURN:
-        return f"zenith angles go to {height:g} degrees and azimuths over {turn:g}: are they radians? (--angle-unit rad)"
+        return (
+            f"zenith angles go to {height:g} degrees and azimuths over {turn:g}: are they radians? (--angle-unit rad)"
+        )
     return ""
 
 

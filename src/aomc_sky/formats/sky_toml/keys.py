@@ -145,7 +145,9 @@ def azimuth_words(value: object) -> str:
 
     words = str(text("words such as 'clockwise from north'")(value))
     if convention_of(words) is None:
-        raise BadValueError("E704", f"{shown_value(words)} is no convention of azimuths", advice=f"write {AZIMUTH_FORMS}")
+        raise BadValueError(
+            "E704", f"{shown_value(words)} is no convention of azimuths", advice=f"write {AZIMUTH_FORMS}"
+        )
     return words
 
 
