@@ -155,8 +155,8 @@ def add_measured_options(parser: argparse.ArgumentParser) -> None:
 
 _MEASURED_OPTIONS = """\
 a measured sky (.csv, .tsv) or a radiance field (.nc; default: what the file states):
---azimuth-convention WORDS  from where its azimuths count and which way: clockwise or counterclockwise, from north, east,
-                        south, west, the sun or the antisun, as 'clockwise from north'
+--azimuth-convention WORDS  from where its azimuths count and which way: clockwise or counterclockwise, from north,
+                        east, south, west, the sun or the antisun, as 'clockwise from north'
 --angle-unit deg|rad    of its angles
 --wavelength-unit nm|um|m|angstrom  of its wavelengths
 --radiance-unit UNIT    of its radiances, such as 'mW m-2 nm-1 sr-1', or relative

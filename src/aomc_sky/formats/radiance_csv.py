@@ -245,9 +245,7 @@ class _Table:
                 message = f"columns {first.index + 1} and {index + 1} are both {one.slot}"
                 self._bad(span, message, "give the one that is not meant another name")
             elif text.endswith(".1") and text[:-2] in names:
-                message = (
-                    f"{quoted(text)} beside {quoted(text[:-2])}: a second column of this name, as pandas calls it?"
-                )
+                message = f"{quoted(text)} beside {quoted(text[:-2])}: a second column of that name, as pandas has it?"
                 self._bad(span, message, f"leave one of them out, or write {text}0 for this wavelength")
         shown = ", ".join(quoted(text) for text in names[:12])
         stated = {role: getattr(self.stated, role) for role in (*COORDINATES, "variable")}

@@ -15,7 +15,7 @@ from aomc_sky.directions import AzimuthConvention, given_angle, to_enu_azimuth_d
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AomcSkyError, UsageError, floats, member_of, number, shown_value
 from aomc_sky.formats.aomc.amc import read_amc
-from aomc_sky.formats.azimuth_words import given_convention
+from aomc_sky.formats.azimuth import given_convention
 from aomc_sky.formats.hdf5_storage import require_size
 from aomc_sky.formats.netcdf import open_netcdf
 from aomc_sky.formats.text_file import refuse

@@ -11,8 +11,8 @@ from aomc_sky.errors import FieldError
 from aomc_sky.formats.radiance_unit import radiance_factor
 from aomc_sky.formats.radiance_words import Stated
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.field_choice import Chosen
 from aomc_sky.skies.field_axes import Axis, axis_of, radiances
+from aomc_sky.skies.field_choice import Chosen
 from aomc_sky.skies.radiance_field import Made, read_radiance_field
 
 _ROUNDED = 1e-4  # the solvers' own

@@ -11,7 +11,6 @@ from aomc_sky.errors import FieldError
 from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.formats.radiance_words import MAX_RADIANCE, Stated, by_wavelength, doubt_of_gaps
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.field_choice import Chosen, sun_of
 from aomc_sky.skies.field_axes import (
     SAY_BOUNDS,
     Axis,
@@ -25,6 +24,7 @@ from aomc_sky.skies.field_axes import (
     wavelengths_nm,
     zenith_deg,
 )
+from aomc_sky.skies.field_choice import Chosen, sun_of
 from aomc_sky.skies.patch_integrals import slopes_of
 from aomc_sky.skies.quadrature import POINTS, angles_at, centres_deg, weighted_sum, zeniths_at
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import enum
-import math
 import warnings
 from dataclasses import dataclass
 from typing import Any
