@@ -40,7 +40,7 @@ REFUSED = {
     "rel_az.nc": ("E710", "counts from the sun, but nothing says where it is", "--sun-azimuth"),
     "group.nc": ("E710", "no variables of numbers outside of groups", "open_dataset(path, group='NAME')"),
     "wl_um_unlabelled.nc": ("E710", "are they micrometres?", "units to nm, um"),
-    "missing_state.epw": ("E601", "LOCATION has 9 entries, 10 are needed", "nothing between two commas"),
+    "missing_state.epw": ("E601", "LOCATION with 10 entries, it has 9", "nothing between two commas"),
     "subhourly_says1.epw": ("E602", "minute 15: rows of less than an hour", "means of whole hours"),
     "mixed_zenrad.csv": ("E651", "degrees or radians: zenith to 1.39626 beside azimuth to 315", "zenith_rad"),
 }  # fmt: skip

@@ -8,7 +8,6 @@ libraries keep this end for TMY3, and subtract an hour for EPW and TMY2. Here an
 from __future__ import annotations
 
 import calendar
-import contextlib
 import math
 import re
 import warnings
@@ -20,52 +19,40 @@ import numpy as np
 
 from aomc_sky.errors import InputFileError, InputWarning, Span
 from aomc_sky.formats.report import BadValueError, Report
-from aomc_sky.formats.text_file import (
-    cell_span,
-    read_bytes,
-    refuse,
-    split_lines,
-    split_row,
-    table_of_program,
-)
+from aomc_sky.formats.text_file import cell_span, read_bytes, refuse, split_row
 
-NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?\Z", re.ASCII)
-
+HOUR = np.timedelta64(3600, "s")
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?\Z", re.ASCII)
 _DATE = re.compile(r"(\d{1,2})/(\d{1,2})/(\d{4})\Z", re.ASCII)
 _TIME = re.compile(r"(\d{1,2}):00\Z", re.ASCII)
-_N_EPW_HEAD = 8
-_EPW_FIELDS = (0, 1, 2, 3, 13, 14, 15)
-_EPW_MINUTE = 4
-_EPW_PRESSURE = 9
-_N_LOCATION = 10
-_COMMAS, _POINTS = "are its decimals written with commas?", "write decimal points"
+_TMY3_NAMES = ("Date (MM/DD/YYYY)", "Time (HH:MM)", "GHI (W/m^2)", "DNI (W/m^2)", "DHI (W/m^2)")
 _TMY2_COLUMNS = ((1, 3), (3, 5), (5, 7), (7, 9), (17, 21), (23, 27), (29, 33))
-"""From and to, counted from 0: year, month, day, hour, GHI, DNI, DHI."""
-HOUR = np.timedelta64(3600, "s")
-MAX_IRRADIANCE = 2000.0
-"""Above the sun's irradiance outside the atmosphere, and above any cloud edge. [W m-2]"""
-OFFSET = -5.0
-"""Irradiances from here to 0 are those of an instrument's offset at night, and count as 0. [W m-2]"""
-_MAX_BYTES = 64 * 2**20
+"""From and to, counted from 0, of the seven values of a row: year, month, day, hour, GHI, DNI, DHI."""
+_LIGHT = 4  #: Index of the first irradiance among them
+_MISSING_FROM, _MISSING_TMY3 = 9999.0, -9900.0
 _ZONE_H = 3.0  #: Most that the zone differs from the sun's time, on land [h]
-_NAMES = ("year", "month", "day", "hour", "GHI", "DNI", "DHI")
-_EXPECTED = ("a year", "a month", "a day", "a whole hour", *["an irradiance"] * 3)
-_FIRST_IRRADIANCE = 4
-_MISSING_FROM = 9999.0
-_MISSING_TMY3 = -9900.0
 
+_SAY_HEAD = {
+    "epw": "an EPW file has eight lines, LOCATION,city,state,country,source,WMO,latitude,longitude,time zone,elevation "
+    "to DATA PERIODS, then means of whole hours; write nothing between two commas for what is not known",
+    "tmy2": "a TMY2 file has N or S in column 38 and E or W in column 46 of its first line",
+    "tmy3": "a TMY3 file has its station in line 1 and the names of its columns in line 2",
+}
+_SAY_DATE = "write a date that exists, in TMY3 as 06/21/2003"
+_SAY_HOUR = "hours are 1 to 24 (01:00 to 24:00), the ends of their 60 minutes: add 1 to all hours of a file of 0 to 23"
+_SAY_LIGHT = "write means of the hour in W m-2 (3.6 kJ m-2 in an hour are 1 W m-2), or 9999 (-9900 in TMY3) if missing"
+_SAY_ROW = "write all columns of the row, decimals with points, 9999 for what is not known"
+_SAY_MEANS = "write means of whole hours"
 
-_SAY_PARTS = ("a year of 1800 to 2200", "a month of 1 to 12", "a day of that month", "a whole hour of 1 to 24")
-_SAY_MISSING = "write 9999 (-9900 in TMY3) for a missing value"
-_SAY_UNIT = "write means of the hour in W m-2 (3.6 kJ m-2 in an hour are 1 W m-2), or 9999 for a missing value"
-_SAY_HOURS = "hours are 1 to 24, the ends of their 60 minutes: add 1 to all hours of a file of 0 to 23"
-_HEAD_LINES = "an EPW file has eight lines from LOCATION to DATA PERIODS, then its hours"
-_MEANS = "write means of whole hours"
-_SAY_TIMES = "times are 01:00 to 24:00, the ends of their 60 minutes: add an hour to all of them"
-
-
-class _HourZeroError(BadValueError):
-    """A row of hour 0, which tells that all hours of the file count otherwise."""
+#: Lowest and highest value, what it is, and what to write. 2000 W m-2 are more than the sun outside the atmosphere and
+#: any cloud edge; from -5 to 0 an irradiance is the offset of an instrument at night, and counts as 0.
+_VALUES = {
+    "year": (1800.0, 2200.0, "a year of 1800 to 2200", _SAY_DATE),
+    "month": (1.0, 12.0, "a month of 1 to 12", _SAY_DATE),
+    "day": (1.0, 31.0, "a day of that month", _SAY_DATE),
+    "hour": (0.0, 24.0, "a whole hour of 1 to 24", _SAY_HOUR),
+    **dict.fromkeys(("GHI", "DNI", "DHI"), (-5.0, 2000.0, "an irradiance of 0 to 2000 W m-2", _SAY_LIGHT)),
+}
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -96,301 +83,212 @@ class WeatherTable:
         return self.start + HOUR // 2
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Text:
+    """The lines of a file, and the kind that it should be."""
+
+    path: str | Path
+    kind: str
+    lines: list[str]
+
+    def line(self, number: int) -> str:
+        """A line, empty behind the end. [1-based]"""
+        return self.lines[number - 1] if number <= len(self.lines) else ""
+
+    def bad_head(self, number: int, message: str) -> InputFileError:
+        """The error for a line of the head; the advice is another option where the head is of another kind."""
+        is_epw, is_tmy3 = self.line(1).upper().startswith("LOCATION,"), _TMY3_NAMES[0] in self.line(2)
+        kind = "epw" if is_epw else "tmy3" if is_tmy3 else self.kind
+        advice = _SAY_HEAD[kind] if kind == self.kind else f"the head is of {kind.upper()}: write --{kind} FILE --row N"
+        return refuse(self.path, message, code="E601", advice=advice, span=Span(number, 1, self.line(number)))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Layout:
+    """What the head of a file says."""
+
+    station: str
+    position: tuple[float, float, float]  #: Latitude and longitude [deg], and local standard time minus UTC [h]
+    n_head: int  #: Lines of the head
+    places: Sequence[int]  #: Of the seven values among the fields of a row
+    n_fields: int  #: Most fields of a row
+
+
 def read_weather(path: str | Path, kind: str, *, row: int | None = None) -> WeatherTable:
     """Read a weather file of kind epw, tmy2 or tmy3, rows in file order. Cost: about 0.2 s for a year of hours.
 
     With a `row` [0-based] it alone must be right: others that are not have no time and no irradiances.
     """
-    lines = _lines(path)
-    layout = _HEADS[kind](lines, path)
-    line, values = _rows(lines, layout, path, row)
-    is_right = np.isfinite(values[:_FIRST_IRRADIANCE]).all(axis=0)
-    year, month, day, hour = np.where(is_right, values[:4], [[1970], [1], [1], [1]]).astype(np.int64)
+    data = read_bytes(path, most_bytes=64 * 2**20)
+    try:
+        text = data.decode()
+    except UnicodeDecodeError:  # old files have their stations so
+        text = data.decode("latin-1")
+    file = _Text(path=path, kind=kind, lines=[line.removesuffix("\r") for line in text.removesuffix("\n").split("\n")])
+    layout = _HEADS[kind](file)
+    line, values = _rows(file, layout, row)
+    is_right = np.isfinite(values[:_LIGHT]).all(axis=0)
+    year, month, day, hour = np.where(is_right, values[:_LIGHT], [[1970], [1], [1], [1]]).astype(np.int64)
     dates = (year - 1970).astype("M8[Y]").astype("M8[M]") + (month - 1)
     local = (dates.astype("M8[D]") + (day - 1)).astype("M8[s]") + (hour - 1) * HOUR
     latitude, longitude, offset = layout.position
-    values += 0.0  # some files write -0.00 at night
     start = np.where(is_right, local - np.timedelta64(round(offset * 3600), "s"), np.datetime64("NaT"))
     for array in (line, start, values):
         array.flags.writeable = False
+    place = {"latitude_deg": latitude, "longitude_deg": longitude}
+    ghi, dni, dhi = values[_LIGHT:]
     return WeatherTable(
-        path=str(path),
-        station=layout.station,
-        latitude_deg=latitude,
-        longitude_deg=longitude,
-        line=line,
-        start=start,
-        ghi=values[4],
-        dni=values[5],
-        dhi=values[6],
+        path=str(path), station=layout.station, **place, line=line, start=start, ghi=ghi, dni=dni, dhi=dhi
     )
 
 
-def _lines(path: str | Path) -> list[str]:
-    """Lines of the text: UTF-8 with or without its mark, else Latin-1, in which old files have their stations."""
-    data = read_bytes(path, most_bytes=_MAX_BYTES)
-    with contextlib.suppress(UnicodeDecodeError):
-        return [line.removesuffix("\r") for line in data.decode().removesuffix("\n").split("\n")] if data else []
-    return split_lines(data)
-
-
-def _rows(lines: list[str], layout: Layout, path: str | Path, one_row: int | None) -> tuple[np.ndarray, np.ndarray]:
+def _rows(file: _Text, layout: _Layout, one_row: int | None) -> tuple[np.ndarray, np.ndarray]:
     """Lines and values (7, n_row) of all rows; InputFileError with all problems, or those of `one_row`."""
-    report = Report(path=str(path))
-    texts = [(number, text) for number, text in enumerate(lines, 1) if number > layout.first_row and text.strip()]
-    values = np.full((len(texts), len(_NAMES)), np.nan)
+    report = Report(path=str(file.path))
+    texts = [(number, text) for number, text in enumerate(file.lines, 1) if number > layout.n_head and text.strip()]
+    values = np.full((len(texts), len(_VALUES)), np.nan)
     for k, (number, text) in enumerate(texts):
         try:
-            _read_row(text, layout, values[k])
+            _read_row(text, file.kind, layout, values[k])
         except BadValueError as problem:
-            values[k, _FIRST_IRRADIANCE:] = np.nan
-            if one_row in (None, k) or isinstance(problem, _HourZeroError):
+            values[k, _LIGHT:] = np.nan
+            if one_row in (None, k):
                 report.bad_value(Span(number, 1, text), problem)
+        if values[k, 3] == 0.0 and (k == 0 or file.kind != "tmy3"):  # then all hours of the file count otherwise
+            message = "hour: there is no hour 0 here: do the hours begin at their labels?"
+            report.at(_place(number, text, file.kind, layout.places[3]), "E602", message, advice=_SAY_HOUR)
         if report.is_full:
             break
-    if texts and layout.first_hour == values[0, 3] == 0.0:
-        number, text = texts[0]
-        message = "the first row is of 00:00: do the hours begin at their times?"
-        report.at(Span(number, 1, text, len(text)), "E602", message, advice=_SAY_TIMES)
     if not texts:
-        report.at(
-            Span(max(len(lines), 1), 1, ""),
-            "E604",
-            "the file ends before the first hour",
-            advice="add a row for each hour",
-        )
-    is_again = np.all(values[1:, :_FIRST_IRRADIANCE] == values[:-1, :_FIRST_IRRADIANCE], axis=1)
-    again = [k for k in np.flatnonzero(is_again).tolist() if one_row in (None, k, k + 1)]
-    if again and not report.has_errors:
-        number, text = texts[again[0] + 1]
-        message = f"hour {values[again[0], 3]:g} comes twice in a row; hours are read, 1 row each"
-        report.at(Span(number, 1, text, len(text)), "E602", message, advice=_MEANS)
+        message, advice = "the file ends before the first hour", "add a row for each hour"
+        report.at(Span(len(file.lines), 1, ""), "E604", message, advice=advice)
+    is_again = np.all(values[1:, :_LIGHT] == values[:-1, :_LIGHT], axis=1)
+    for k in np.flatnonzero(is_again).tolist():
+        if one_row in (None, k, k + 1) and not report.has_errors:
+            number, text = texts[k + 1]
+            message = f"hour {values[k, 3]:g} comes twice in a row; hours are read, 1 row each"
+            report.at(Span(number, 1, text, len(text)), "E602", message, advice=_SAY_MEANS)
     report.close()
     return np.array([number for number, _ in texts], dtype=np.int64), values.T.copy()
 
 
-def _read_row(text: str, layout: Layout, row: np.ndarray) -> None:
-    """Put the seven values of a row into `row`; missing irradiances stay NaN."""
-
-    def bad(
-        k: int, code: str, message: str, advice: str = "", kind: type[BadValueError] = BadValueError
-    ) -> BadValueError:
-        span = layout.place(text, k)
-        return kind(code, f"{_NAMES[k]}: {message}", advice=advice, offset=span.column - 1, width=span.width)
-
-    for k, field in enumerate(layout.cut(text)):
-        piece, is_irradiance = field.strip(), k >= _FIRST_IRRADIANCE
-        value = float(piece) if NUMBER.match(piece) else math.nan
-        if is_irradiance and (not piece or value == _MISSING_TMY3 or value >= _MISSING_FROM):
+def _read_row(text: str, kind: str, layout: _Layout, row: np.ndarray) -> None:
+    """Put the seven values of a row into `row`, up to the first bad one; missing irradiances stay NaN."""
+    for k, (piece, (name, rule)) in enumerate(zip(_cut(text, kind, layout), _VALUES.items(), strict=True)):
+        low, high, what, advice = rule
+        value = float(piece) if _NUMBER.match(piece) else math.nan
+        if k >= _LIGHT and (not piece or value == _MISSING_TMY3 or value >= _MISSING_FROM):
             continue
-        if math.isnan(value):
-            raise bad(k, "E602", f"{piece[:40]!r} is not {_EXPECTED[k]}", _advice(k))
-        if is_irradiance and not OFFSET <= value <= MAX_IRRADIANCE:
-            advice = _SAY_MISSING if value < 0 else _SAY_UNIT
-            raise bad(k, "E603", f"{piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2", advice)
-        row[k] = max(value, 0.0) if is_irradiance else value
-    wrong = _wrong_date(row[:_FIRST_IRRADIANCE].tolist(), layout.first_hour)
-    if wrong is not None:
-        is_zero = _NAMES[wrong] == "hour" and row[wrong] == 0.0
-        how = (_SAY_HOURS, _HourZeroError) if is_zero else (_advice(wrong), BadValueError)
-        problem = bad(wrong, "E602", f"there is no {_NAMES[wrong]} {row[wrong]:g} here", *how)
-        row[:] = np.nan
-        raise problem
+        if name == "day":
+            high = calendar.monthrange(int(row[0]), int(row[1]))[1]
+        if not low <= value <= high or (k < _LIGHT and not value.is_integer()):
+            code = "E602" if k < _LIGHT or math.isnan(value) else "E603"
+            span, message = _place(1, text, kind, layout.places[k]), f"{name}: {piece[:40]!r} is not {what}"
+            raise BadValueError(code, message, advice=advice, offset=span.column - 1, width=span.width)
+        row[k] = value if k < _LIGHT else max(value, 0.0) + 0.0  # some files write -0.00 at night
 
 
-def _advice(k: int) -> str:
-    """What to write for a value of a row; a date of TMY3 is one text."""
-    date = ", a date of TMY3 as 06/21/2003" * (k < _FIRST_IRRADIANCE - 1)
-    return _SAY_MISSING if k >= _FIRST_IRRADIANCE else f"write {_SAY_PARTS[k]}{date}"
+def _cut(text: str, kind: str, layout: _Layout) -> list[str]:
+    """Texts of the seven values of a row.
+
+    A decimal comma makes more fields than there are columns; it, and a missing field, move the air pressure of EPW.
+    """
+    if kind == "tmy2":
+        fields = [text[start:end].strip() for start, end in _TMY2_COLUMNS if end <= len(text)]
+    else:
+        fields = split_row(text.rstrip(", \t"))
+    least = max(layout.places) + 1
+    if not least <= len(fields) <= layout.n_fields:
+        is_few, most = len(fields) < least, f"{layout.n_fields} at most; are its decimals written with commas?"
+        message = f"the row has {len(fields)} fields, {f'{least} are needed' if is_few else most}"
+        raise BadValueError("E602", message, advice=_SAY_ROW)
+    values = [fields[place] for place in layout.places]
+    if kind == "tmy2":
+        values[0] = f"19{values[0]}"
+    elif kind == "tmy3":
+        if date := _DATE.match(values[0]):
+            values[:3] = date.group(3, 1, 2)
+        if time := _TIME.match(values[3]):
+            values[3] = time[1]
+    for number, piece in enumerate(fields[8:13] if kind == "epw" else (), 9):
+        value = float(piece) if _NUMBER.match(piece) else math.nan
+        if 0 < value < 1000 if number == 10 else 30_000 <= value <= 120_000:
+            message = f"field {number} is {piece}, the air pressure in Pa belongs in field 10: is a field missing"
+            raise BadValueError("E602", f"{message}, or a decimal written with a comma?", advice=_SAY_ROW)
+    return values
 
 
-def _wrong_date(row: list[float], first_hour: int) -> int | None:
-    """Index of the impossible part of a date, None for a date that exists."""
-    year, month, day, hour = row
-    for k, value, low, high in ((0, year, 1800, 2200), (1, month, 1, 12), (3, hour, first_hour, 24)):
-        if not (low <= value <= high and value == int(value)):
-            return k
-    n_days = calendar.monthrange(int(year), int(month))[1]
-    return None if 1 <= day <= n_days and day == int(day) else 2
+def _place(number: int, text: str, kind: str, place: int) -> Span:
+    """Where a field of a row is."""
+    if kind != "tmy2":
+        return cell_span(number, text, place)
+    start, end = _TMY2_COLUMNS[place]
+    return Span(number, start + 1, text, end - start)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Layout:
-    """Contents of the head of a file, and how its rows are cut."""
-
-    station: str
-    position: tuple[float, float, float]  #: Latitude and longitude [deg], and local standard time minus UTC [h]
-    first_row: int
-    #: Texts of year, month, day, hour, GHI, DNI and DHI of a row; `BadValueError` for a bad row.
-    cut: Callable[[str], list[str]]
-    place: Callable[[str, int], Span]  #: Where one of these texts is in the row.
-    first_hour: int = 1  #: Lowest label of an hour
-
-
-def _no_head(path: str | Path, number: int, text: str, message: str, advice: str = "") -> InputFileError:
-    return refuse(path, message, code="E601", advice=advice, span=Span(number, 1, text))
-
-
-def _other_kind(lines: list[str], kind: str, advice: str) -> str:
-    """The advice for a file that is none of its kind, or what it seems to be and what to write."""
-    what, say = table_of_program(lines) or (kind, "")
-    return advice if kind in what else f"this seems to be {what}: {say}"
-
-
-def _position(pieces: Sequence[str], text: str, path: str | Path) -> tuple[float, float, float]:
-    """Latitude, longitude and time zone of a head line; a zone that is not that of the longitude is warned of."""
-    found: list[float] = []
+def _position(file: _Text, pieces: Sequence[str]) -> tuple[float, float, float]:
+    """Latitude, longitude and time zone of line 1; a zone that is not that of the longitude is warned of."""
+    found, text = [], file.line(1)
+    advice = "write degrees and hours from UTC with a decimal point, north and east positive"
     limits = {"latitude": 90.0, "longitude": 180.0, "time zone": 14.0}
     for (name, limit), piece in zip(limits.items(), map(str.strip, pieces), strict=True):
         span = Span(1, max(text.find(piece), 0) + 1, text, max(len(piece), 1))
-        if not NUMBER.match(piece) or abs(float(piece)) > limit:
+        if not _NUMBER.match(piece) or abs(float(piece)) > limit:
             message = f"{piece[:40]!r} is not a number from -{limit:g} to {limit:g}"
-            advice = "write hours from UTC" if name == "time zone" else "write degrees with a decimal point"
-            advice = f"{advice}, {'north' if name == 'latitude' else 'east'} positive"
-            raise refuse(path, message, advice=advice, code="E601", name=name, span=span)
+            raise refuse(file.path, message, advice=advice, code="E601", name=name, span=span)
         found.append(float(piece))
     latitude, longitude, zone = found
     away = abs((longitude / 15.0 - zone + 12.0) % 24.0 - 12.0)
     if away > _ZONE_H:
-        message = (
-            f"{zone:g} hours from UTC at longitude {longitude:g}, where the sun is {away:.1f} hours from that time"
-        )
-        advice = "longitude is east positive, the zone too"
-        problem = span.problem(str(path), "E601", message, field="time zone", advice=advice, is_error=False)
+        message = f"{zone:g} hours from UTC at longitude {longitude:g}, where the sun is {away:.1f} hours from that"
+        problem = span.problem(str(file.path), "E601", message, field="time zone", advice=advice, is_error=False)
         warnings.warn(problem.render(), InputWarning, stacklevel=5)
     return latitude, longitude, zone
 
 
-def _cut_at_commas(text: str, n_needed: int, most: int, owner: str, kind: str) -> list[str]:
-    """The first fields of a row; a decimal comma makes more of them than there are columns."""
-    fields = split_row(text.rstrip(", \t"))
-    if len(fields) > most:
-        message = f"the row has {len(fields)} fields, {owner}; {_COMMAS}"
-        raise BadValueError("E602", message, advice=_POINTS)
-    if len(fields) < n_needed:
-        raise _too_short(kind)
-    return fields
-
-
-def _too_short(kind: str) -> BadValueError:
-    message = f"the row is shorter than a row of {kind} with DNI and DHI"
-    return BadValueError("E602", message, advice="write all columns of the row, 9999 for what is not known")
-
-
-def epw_head(lines: list[str], path: str | Path) -> Layout:
+def _epw(file: _Text) -> _Layout:
     """The head of an EPW file: eight lines from LOCATION to DATA PERIODS."""
-    first = lines[0] if lines else ""
-    pieces = split_row(first.rstrip(", "))
-    layout = "LOCATION,city,state,country,source,WMO,latitude,longitude,time zone,elevation"
-    if not pieces or pieces[0].upper() != "LOCATION":
-        advice = f"an EPW file begins with {layout}"
-        advice = _other_kind(lines, "EPW", advice)
-        raise _no_head(path, 1, first, "this is not the header of an EPW file", advice)
-    if len(pieces) != _N_LOCATION:
-        message = f"LOCATION has {len(pieces)} entries, {_N_LOCATION} are needed"
-        raise _no_head(path, 1, first, message, f"write {layout}, nothing between two commas for what is not known")
-    position = _position(pieces[6:9], first, path)
-    periods = lines[_N_EPW_HEAD - 1] if len(lines) >= _N_EPW_HEAD else ""
-    parts = split_row(periods) or [""]
-    if parts[0].upper() != "DATA PERIODS":
-        raise _no_head(path, _N_EPW_HEAD, periods, "line 8 is not the DATA PERIODS line", _HEAD_LINES)
-    if len(parts) > 2 and parts[2] != "1":
-        raise _no_head(
-            path, _N_EPW_HEAD, periods, f"{parts[2]} records per hour; hours are read, 1 record each", _MEANS
-        )
-    for number, text in enumerate(lines[_N_EPW_HEAD:], _N_EPW_HEAD + 1):
-        minute = text.split(",", _EPW_MINUTE + 1)[_EPW_MINUTE:][:1]
-        if minute and NUMBER.match(minute[0].strip()) and float(minute[0]) not in (0.0, 60.0):
-            span = cell_span(number, text, _EPW_MINUTE)
-            message = (
-                f"minute {minute[0].strip()}: rows of less than an hour; hours are read, 1 row each, minute 0 or 60"
-            )
-            raise refuse(path, message, code="E602", advice=_MEANS, span=span)
-    return Layout(station=pieces[1], position=position, first_row=_N_EPW_HEAD, cut=_cut_epw, place=_place_epw)
+    place, periods = split_row(file.line(1).rstrip(", ")), split_row(file.line(8))
+    if len(place) != 10 or place[0].upper() != "LOCATION":
+        raise file.bad_head(1, f"line 1 is not LOCATION with 10 entries, it has {len(place)}")
+    position = _position(file, place[6:9])
+    if "".join(periods[:1]).upper() != "DATA PERIODS" or periods[2:3] not in ([], ["1"]):
+        raise file.bad_head(8, "line 8 is not DATA PERIODS with one record per hour")
+    for number, text in enumerate(file.lines[8:], 9):
+        minute = "".join(text.split(",", 5)[4:5]).strip()
+        if _NUMBER.match(minute) and float(minute) not in (0.0, 60.0):
+            message = f"minute {minute}: rows of less than an hour; hours are read, 1 row each, minute 0 or 60"
+            raise refuse(file.path, message, code="E602", advice=_SAY_MEANS, span=cell_span(number, text, 4))
+    return _Layout(station=place[1], position=position, n_head=8, places=(0, 1, 2, 3, 13, 14, 15), n_fields=35)
 
 
-def _cut_epw(text: str) -> list[str]:
-    """Also finds a decimal comma or a missing field before the irradiances, by the air pressure, which it moves."""
-    fields = _cut_at_commas(text, 16, 35, "a row of EPW at most 35", "EPW")
-    pressure, *others = fields[_EPW_PRESSURE:13]
-    message = ""
-    if NUMBER.match(pressure) and 0 < float(pressure) < 1000:
-        message = f"the air pressure in field {_EPW_PRESSURE + 1} is {pressure} Pa"
-    for k, piece in enumerate(others, _EPW_PRESSURE + 2):
-        if not message and NUMBER.match(piece) and 30_000 <= float(piece) <= 120_000:
-            message = f"field {k} holds {piece}, which can only be an air pressure"
-    if message:
-        raise BadValueError("E602", f"{message}; {_COMMAS}", advice=_POINTS)
-    if NUMBER.match(before := fields[_EPW_PRESSURE - 1]) and 30_000 <= float(before) <= 120_000:
-        message = (
-            f"field {_EPW_PRESSURE} holds {before}, which can only be an air pressure: a field before it is missing"
-        )
-        raise BadValueError("E602", message, advice="write nothing between two commas for what is not known")
-    return [fields[k] for k in _EPW_FIELDS]
-
-
-def _place_epw(text: str, k: int) -> Span:
-    return cell_span(1, text, _EPW_FIELDS[k])
-
-
-def tmy3_head(lines: list[str], path: str | Path) -> Layout:
+def _tmy3(file: _Text) -> _Layout:
     """The head of a TMY3 file: the station, and the names of the columns.
 
     Some programs write the end of a day as 00:00 of the next one, not as 24:00; hour 0 is therefore allowed.
     """
-    first = lines[0] if lines else ""
-    names = split_row(lines[1]) if len(lines) > 1 else []
-    needed = ("Date (MM/DD/YYYY)", "Time (HH:MM)", "GHI (W/m^2)", "DNI (W/m^2)", "DHI (W/m^2)")
-    if twice := [name for name in needed if names.count(name) > 1]:
-        raise _no_head(path, 2, lines[1], f"column {twice[0]!r} comes twice", "keep the one that is meant")
-    advice = "a TMY3 file has its station in line 1 and the names of its columns in line 2"
-    if absent := [name for name in needed if name not in names]:
-        advice = _other_kind(lines, "TMY3", advice)
-        raise _no_head(path, 2, lines[1] if len(lines) > 1 else first, f"there is no column {absent[0]!r}", advice)
-    pieces = split_row(first)
-    if len(pieces) < 6:
-        raise _no_head(path, 1, first, "line 1 has no latitude and longitude", advice)
-    position = _position((pieces[4], pieces[5], pieces[3]), first, path)
-    date, time, *irradiance = (names.index(name) for name in needed)
-    places = [*[date] * 3, time, *irradiance]
-
-    def cut(text: str) -> list[str]:
-        row = _cut_at_commas(text, max(places) + 1, len(names), f"line 2 names {len(names)}", "TMY3")
-        day, hour = _DATE.match(row[date]), _TIME.match(row[time])
-        parts = [day[3], day[1], day[2]] if day else [row[date]] * 3
-        return [*parts, hour[1] if hour else row[time], *(row[k] for k in irradiance)]
-
-    def place(text: str, k: int) -> Span:
-        return cell_span(1, text, places[k])
-
-    return Layout(station=pieces[1], position=position, first_row=2, first_hour=0, cut=cut, place=place)
+    station, names = split_row(file.line(1)), split_row(file.line(2))
+    if wrong := [name for name in _TMY3_NAMES if names.count(name) != 1]:
+        raise file.bad_head(2, f"there are {names.count(wrong[0])} columns {wrong[0]!r}, 1 is needed")
+    if len(station) < 6:
+        raise file.bad_head(1, "line 1 has no latitude and longitude")
+    position = _position(file, (station[4], station[5], station[3]))
+    date, *others = map(names.index, _TMY3_NAMES)
+    places = (date, date, date, *others)
+    return _Layout(station=station[1], position=position, n_head=2, places=places, n_fields=len(names))
 
 
-def tmy2_head(lines: list[str], path: str | Path) -> Layout:
+def _tmy2(file: _Text) -> _Layout:
     """The head of a TMY2 file: one line of fixed columns."""
-    first = lines[0] if lines else ""
+    first = file.line(1)
     north, east = first[37:38].upper(), first[45:46].upper()
-    parts = [first[a:b].strip() for a, b in ((39, 41), (42, 44), (47, 50), (51, 53))]
+    parts = [first[start:end].strip() for start, end in ((39, 41), (42, 44), (47, 50), (51, 53))]
     if north not in ("N", "S") or east not in ("E", "W") or not all(part.isdecimal() for part in parts):
-        advice = "a TMY2 file has N or S in column 38 and E or W in column 46 of its first line"
-        advice = _other_kind(lines, "TMY2", advice)
-        raise _no_head(path, 1, first, "this is not the header of a TMY2 file", advice)
+        raise file.bad_head(1, "this is not the header of a TMY2 file")
     latitude, longitude = (int(parts[k]) + int(parts[k + 1]) / 60 for k in (0, 2))
-    texts = (repr(-latitude if north == "S" else latitude), repr(-longitude if east == "W" else longitude))
-    position = _position((*texts, first[33:36]), first, path)
-    return Layout(station=first[7:29].strip(), position=position, first_row=1, cut=_cut_tmy2, place=_place_tmy2)
+    texts = (f"{'-' * (north == 'S')}{latitude!r}", f"{'-' * (east == 'W')}{longitude!r}", first[33:36])
+    position = _position(file, texts)
+    return _Layout(station=first[7:29].strip(), position=position, n_head=1, places=range(7), n_fields=7)
 
 
-def _cut_tmy2(text: str) -> list[str]:
-    if len(text) < _TMY2_COLUMNS[-1][1]:
-        raise _too_short("TMY2")
-    year, *others = (text[start:end] for start, end in _TMY2_COLUMNS)
-    return [f"19{year}" if year.isdecimal() else year, *others]
-
-
-def _place_tmy2(text: str, k: int) -> Span:
-    start, end = _TMY2_COLUMNS[k]
-    return Span(1, start + 1, text, max(len(text[start:end].strip()), 1))
-
-
-_HEADS: dict[str, Callable[[list[str], str | Path], Layout]] = {"epw": epw_head, "tmy2": tmy2_head, "tmy3": tmy3_head}
+_HEADS: dict[str, Callable[[_Text], _Layout]] = {"epw": _epw, "tmy2": _tmy2, "tmy3": _tmy3}
