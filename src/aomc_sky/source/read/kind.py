@@ -59,9 +59,7 @@ _AMC_LINES = 40
 _LABEL = re.compile(r"\s*(?:\d+|[a-z])\)|.{44,50}:\s*[-+.\d]")
 """A line of amc.inp: "4)depth (M)", or a colon before column 49."""
 
-_SCENES = (
-    "a scene is amc.inp or its folder; a table of radiances has a name in .csv or .tsv, a field of radiances in .nc"
-)
+_SCENES = "a scene is amc.inp or its folder; a table of radiances has a name in .csv or .tsv, a field of them in .nc"
 _MOST_ENTRIES = 1000
 """Entries of a folder in which scenes are looked for."""
 
