@@ -96,18 +96,15 @@ def test_one_index_of_a_dimension_and_wavelengths_of_a_grey_field(field_file, tm
     told("run", SKY, *first, code=2)
 
 
-def test_a_text_file_and_a_folder_of_tables(tmp_path, told):
-    """The content of a .txt says what it is; a folder with tables alone is validated, and `run` names its table."""
-    lines = SKY.read_text().splitlines()[:60]
-    path = tmp_path / "sky.txt"
-    path.write_text("\n".join([*lines[:5], *(line.rsplit(",", 3)[0] for line in lines[5:]), ""]))
-    (tmp_path / "notes.txt").write_text("the zenith was clear\n")
-    (tmp_path / "grass.csv").write_text("wavelength,albedo\n500,0.1\n")
+def test_the_only_table_of_a_folder(tmp_path, told):
+    """A folder with one table is validated, and `run` names the table; of two none is chosen."""
+    path = tmp_path / "sky.tsv"
+    path.write_text("zenith_deg\tazimuth_deg\tL_550\n10\t0\t1\n40\t120\t1\n40\t240\t1\n70\t60\t1\n")
     assert told("validate", tmp_path).out == f"{path}: ok\n"
-    told("run", path, "--iterations", 10, "--format", "none", "--quiet")
-    told("info", path)
-    said = told("run", SKY.parent, "--out", tmp_path / "out", code=3).err
-    assert f"there is no amc.inp in this folder; did you mean {SKY}?" in said
+    said = told("run", tmp_path, "--out", tmp_path / "out", code=3).err
+    assert f"there is no amc.inp in this folder; did you mean {path}?" in said
+    (tmp_path / "grass.csv").write_text("wavelength,albedo\n500,0.1\n")
+    assert "did you mean" not in told("run", tmp_path, "--out", tmp_path / "out", code=3).err
 
 
 @pytest.fixture

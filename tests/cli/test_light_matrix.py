@@ -24,12 +24,11 @@ NAMED = ("perez", "uniform", "overcast", "cie", "harrison-coombes", "plugin")
 FILES = {"csv": "sky.csv", "field": "field.nc"}
 SKIES = (*NAMED, "function", *FILES, "atmosphere")
 NO_FILE = "is a file, not the name of a sky"
-NO_FUNCTION = "a function of Python is not the name of a sky"
-NO_ATMOSPHERE = "an atmosphere is a description in a file, not the name of a sky"
+NO_FUNCTION = "there is no sky model 'sky.py'"
 REFUSED = {
     ("function", "options"): NO_FUNCTION, ("function", "alone"): NO_FUNCTION, ("function", "toml"): NO_FUNCTION,
-    ("csv", "options"): NO_FILE, ("field", "options"): NO_FILE, ("atmosphere", "options"): NO_ATMOSPHERE,
-    ("atmosphere", "alone"): NO_ATMOSPHERE, ("atmosphere", "python"): "AtmosphereSky has a beam of its own",
+    ("csv", "options"): NO_FILE, ("field", "options"): NO_FILE, ("atmosphere", "options"): NO_FILE,
+    ("atmosphere", "alone"): NO_FILE, ("atmosphere", "python"): "AtmosphereSky has a beam of its own",
 }  # fmt: skip
 """Sky and entrance -> the sentence."""
 

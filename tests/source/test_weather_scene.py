@@ -59,7 +59,7 @@ def test_coefficients_do_not_say_how_bright_the_beam_is():
         ({"n_photons": -1}, sky.AomcSkyError, "photons"),
         ({"ghi": float("nan")}, sky.UsageError, "ghi"),
         ({"sky": "overast"}, sky.UsageError, "there is no sky model 'overast'; the nearest is overcast"),
-        ({"sky": "hydrolight"}, sky.UsageError, "HydroLight's pattern of the sky is harrison-coombes"),
+        ({"sky": "x/Field.NC"}, sky.UsageError, "is a file, not the name of a sky; write table = "),
         ({"sky": sky.DirectBeam(sun_zenith_deg=40.0)}, sky.UsageError, "DirectBeam is a beam and no diffuse sky"),
         (
             {"sky": sky.CIESky(type=12, sun_zenith_deg=50.0)},

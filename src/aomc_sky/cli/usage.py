@@ -1,4 +1,4 @@
-"""The parser: all sub-commands, help in two lengths, and usage errors that suggest the word that was meant."""
+"""The parser: all sub-commands, help in two lengths, and usage errors that suggest the most similar word."""
 
 from __future__ import annotations
 
@@ -13,9 +13,6 @@ from typing import Any, NoReturn
 
 from aomc_sky import __version__
 from aomc_sky.errors import UsageError
-
-_LIKELY = 0.65
-"""How alike two words are if one was probably meant for the other. [0 to 1]"""
 
 
 class WrongWordsError(UsageError):
@@ -120,10 +117,6 @@ class Parser(argparse.ArgumentParser):
         """As argparse does, and refuse words that are left over."""
         self.given.clear()
         found, rest = super().parse_known_args(None if args is None else _lists_joined(args), namespace)
-        clock = next((w for w in (getattr(found, "amc_inp", None), *rest) if w and re.match(r"\d\d?:\d\d", w)), None)
-        if clock is not None and getattr(found, "time", None):
-            zone = "" if re.search(r"[zZ]|[+-]\d\d:?\d\d$", clock) else "Z for UTC, or an offset such as +02:00"
-            self.error(f"--time is one word: write {found.time}T{clock}{zone}")
         if rest and rest[0].startswith("-"):
             word, name = rest[0].partition("=")[0], self.prog.rpartition(" ")[2]
             self.error(f"{name} has no option {word}{did_you_mean(word, self._option_string_actions)}")
@@ -132,7 +125,7 @@ class Parser(argparse.ArgumentParser):
         return found, rest
 
     def error(self, message: str) -> NoReturn:
-        """Raise the message of argparse with the word that was probably meant."""
+        """Raise the message of argparse with the most similar word."""
         message = message.removeprefix("argument ")
         choice = re.search(r" \(choose from (.*)\)", message)
         if choice:  # versions of Python write this list differently
@@ -166,13 +159,12 @@ def _usage_of(needed: Iterable[argparse.Action]) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """The known word that was meant, as a question; empty if none is alike."""
-    from aomc_sky.formats.report import nearest, remark_of
+    """The most similar known word, as a question; empty if none is alike."""
+    from aomc_sky.formats.report import LIKELY, nearest
 
-    by_name = {name.strip("-").replace("-", "_"): name for name in known if len(name.strip("-")) > 1}
-    name = word.strip("-").replace("-", "_")
-    best = nearest(name, by_name, at_least=_LIKELY) if by_name else ""
-    return f"; did you mean {by_name[best]}{remark_of(name)}?" if best else ""
+    by_name = {name.strip("-"): name for name in known if len(name.strip("-")) > 1}
+    best = nearest(word.strip("-"), by_name, at_least=LIKELY)
+    return f"; did you mean {by_name[best]}?" if best else ""
 
 
 COMMANDS = {

@@ -21,7 +21,7 @@ from aomc_sky.formats.hdf5_storage import (
     require_size,
 )
 from aomc_sky.formats.report import printable
-from aomc_sky.formats.text_file import open_data, refuse, seems_to_be
+from aomc_sky.formats.text_file import open_data, refuse
 
 EXTRA = "netcdf"
 """The extra that installs xarray and h5netcdf."""
@@ -57,11 +57,11 @@ def open_netcdf(path: str | Path, **options: Any) -> Iterator[tuple[Any, int]]:
         try:
             start = file.read(16)
             engine = _ENGINES.get(start[:4], "h5netcdf")
-            if start[:4] not in (*_ENGINES, b"\x89HDF") and (what := seems_to_be(start)):
-                advice = "unpack it" if "zip" in what else "write the field as netCDF-4"
-                raise refuse(
-                    path, f"this is no netCDF file that is read, it seems to be {what}", advice=advice, code="E552"
+            if start[:4] not in (*_ENGINES, b"\x89HDF"):
+                message = (
+                    r"not a netCDF file: its first bytes are none of CDF\x01, CDF\x02 (netCDF-3) and \x89HDF (netCDF-4)"
                 )
+                raise refuse(path, message, advice="write the field as netCDF-4", code="E552")
             if engine == "h5netcdf":
                 _look_at_storage(h5py, path, allowed_bytes(size))
             file.seek(0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
-from difflib import SequenceMatcher
+from difflib import get_close_matches
 from typing import TypeVar
 
 from aomc_sky.errors import NOWHERE, InputFileError, InputWarning, Problem, Span
@@ -167,66 +167,16 @@ def printable(name: str) -> str:
     return shown if len(name) <= 200 else f"{shown}..."
 
 
-_MEANT = {
-    "dhi": "diffuse diffuse_horizontal diffuse_irradiance dif",
-    "dni": "direct beam direct_normal direct_irradiance bni",
-    "ghi": "global global_horizontal global_irradiance",
-    "epsilon": "clearness sky_clearness turbidity",
-    "delta": "brightness sky_brightness",
-    "zenith_deg": "zenith zenith_angle sun_zenith solar_zenith sza elevation altitude sun_elevation sun_altitude",
-    "sun_zenith": "zenith zenith_angle solar_zenith sza elevation solar_elevation sun_elevation sun_altitude",
-    "azimuth_deg": "azimuth sun_azimuth solar_azimuth saa",
-    "sun_azimuth": "azimuth solar_azimuth saa",
-    "latitude": "lat",
-    "longitude": "lon lng long",
-    "utc_offset": "timezone tz utc",
-    "time": "date datetime when moment",
-    "file": "path filename name",
-    "iterations": "n photons n_photons samples particles nps count number",
-    "photons": "n iterations samples",
-    "out": "o output outdir out_dir output_dir directory dir folder dest",
-    "out_dir": "o out output outdir output_dir directory dir folder dest",
-    "diffuse_only": "no_beam no_direct sky_only without_beam",
-    "seed": "s random_seed rng random_state",
-    "threads": "j t jobs n_jobs cores cpus workers nproc n_threads processes",
-    "force": "overwrite replace clobber yes",
-    "waveband": "b band bands channel",
-    "wavelengths": "nm lambda wl wavelength bands",
-    "wavelength": "nm lambda wl wavelengths",
-    "size": "dpi resolution pixels width",
-    "format": "f type output_format",
-    "to": "format f as",
-    "quiet": "silent",
-    "verbose": "debug",
-    "dry_run": "check simulate plan n dry",
-    "version": "v",
-    "perez": "weather irradiance irradiances",
-    "background": "night lobes stars",
-    "max_memory": "memory mem ram",
-}
-"""Names of ours, and what people write for them."""
-
-_REMARKS = {
-    "elevation": ", 90 degrees less the elevation",
-    "altitude": ", 90 degrees less the altitude",
-    "turbidity": ", the clearness of the sky: the model knows no turbidity",
-}
-SYNONYM = 2.0
-"""Likeness of a name that people write for another one."""
+LIKELY = 0.65
+"""How alike two names are if one was probably meant for the other. [0 to 1]"""
 
 
 def nearest(name: str, known: Collection[str], *, at_least: float = 0.0) -> str:
-    """The known name that people mean by `name`, or else the most similar one; "" below `at_least`."""
-    name = name[:40].lower()
-    meant = [ours for ours, words in _MEANT.items() if ours in known and name.removesuffix("_deg") in words.split()]
-
-    def likeness(candidate: str) -> float:
-        return SequenceMatcher(None, name, candidate).ratio()
-
-    best = meant[0] if meant else max(known, key=likeness)
-    return best if (SYNONYM if meant else likeness(best)) >= at_least else ""
+    """The most similar known name; "" below `at_least`."""
+    return next(iter(get_close_matches(name[:40].lower(), known, n=1, cutoff=at_least)), "")
 
 
-def remark_of(name: str) -> str:
-    """A remark beside our name for `name`; usually empty."""
-    return next((_REMARKS[part] for part in reversed(name.lower().split("_")) if part in _REMARKS), "")
+def nearest_text(name: str, known: Collection[str]) -> str:
+    """What a message adds about a name that is not known: the most similar one; empty if none is alike."""
+    best = nearest(name, known, at_least=LIKELY)
+    return f"; the nearest is {best}" if best else ""

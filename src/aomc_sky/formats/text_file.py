@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import csv
-import itertools
 import os
 import re
 import stat
@@ -23,45 +22,6 @@ UNSIZED_BYTES = 2**20
 _BOM_UTF8 = b"\xef\xbb\xbf"
 _LONE_RETURN = re.compile(rb"\r(?!\n|\Z)")
 _BOMS_OTHER = (b"\xff\xfe", b"\xfe\xff")
-
-
-_SIGNATURES = {
-    b"\x1f\x8b": "a file packed by gzip", b"PK\x03\x04": "a zip archive, as .npz and .xlsx are",
-    b"\x89PNG": "a picture (PNG)", b"\xff\xd8\xff": "a picture (JPEG)", b"II*\0": "a picture (TIFF)",
-    b"MM\0*": "a picture (TIFF)", b"#?RADIANCE": "a picture (Radiance)", b"#?RGBE": "a picture (Radiance)",
-    b"\x76\x2f\x31\x01": "a picture (OpenEXR)", b"SIMPLE  =": "a file of FITS", b"GRIB": "a file of GRIB",
-    b"\x0e\x03\x13\x01": "a file of HDF4", b"MATLAB": "a file of MATLAB", b"CDF\x05": "netCDF with 64 bits (CDF-5)",
-    b"\x93NUMPY": "an array of numpy", b"\x89HDF": "an HDF5 file", b"<": "a page of the web, or XML", b"%PDF": "PDF",
-}  # fmt: skip
-"""First bytes of files, and what these are."""
-
-
-def seems_to_be(start: bytes) -> str:
-    """What a file is by its first bytes, or an empty text."""
-    return next((name for first, name in _SIGNATURES.items() if start.startswith(first)), "")
-
-
-SAY_IRRADIANCES = "write two irradiances of the hour (--ghi, --dni, --dhi) with --time, --latitude and --longitude"
-_OF_PROGRAMS = (
-    (re.compile(r"\W*location,", re.I), "an EPW file", "write --epw FILE --row N"),
-    (re.compile(r".*\bDate \(MM/DD/YYYY\),Time"), "a TMY3 file", "write --tmy3 FILE --row N"),
-    (re.compile(r".*(?:\b(?:ghi|dni|dhi|bni|bhi)\b|\bG\(h\)|\bGb\(n\)|\bSWD \[|\bALLSKY_SFC_SW"
-                r"|\b(?:global|direct|diffuse|shortwave)[^,;\t]*\bW ?/ ?m\W?[2²]\W*(?:[,;\t]|\Z))", re.I),
-     "a table of irradiances", SAY_IRRADIANCES),
-    (re.compile(r".*\b(?:aeronet|almucantar)\b", re.I), "a file of AERONET",
-     "write a row for each direction: docs/howto/measured_sky.md has a program for almucantars"),
-)  # fmt: skip
-"""A line of a table of another program, what the table is, and what to write."""
-_MOST_LINES, _MOST_OF_LINE = 100, 1000
-
-
-def table_of_program(lines: Iterable[str]) -> tuple[str, str] | None:
-    """What a table of another program seems to be by its first lines, and what to write."""
-    for line in itertools.islice(lines, _MOST_LINES):
-        for pattern, what, advice in _OF_PROGRAMS:
-            if pattern.match(line[:_MOST_OF_LINE]):
-                return what, advice
-    return None
 
 
 def refuse(

@@ -167,18 +167,12 @@ def test_hostile_files_cost_little(tmp_path, text):
     assert time.process_time() - start < MOST_CPU_S
 
 
-SLIPS = [
-    ("dni = .5", "0.5"), ("dni = 5.", "5"), ("dni = 007", "7"), ("dni = 1D3", "1000"), ("dni = 1,234.5", "1234.5"),
-    ("dni = 850 W m-2", "850  # W m-2"), ("dni : 850", "dni = 850"), ("disc = True", "true"), ("disc = no", "false"),
-    ("model = overcast", 'model = "overcast"'), ("perez:", "[perez]"), (r'file = "C:\sky\x.h5"', '"C:/sky/x.h5"'),
-    ("time = 2026-06-21T23:30", "a date, a time with seconds, and its zone: 2026-06-21T23:30:00Z"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("line", "advice"), SLIPS)
-def test_a_line_that_is_not_toml_gets_the_text_to_write(line, advice, tmp_path):
+@pytest.mark.parametrize("line", ["dni = .5", "dni = 1,234.5", "dni : 850", "disc = True", "model = overcast"])
+def test_a_line_that_is_not_toml_gets_one_advice(line, tmp_path):
     problem = problems_of(tmp_path / "sky.toml", f"[sun]\n{line}\n".encode()).problems[0]
-    assert (problem.code, problem.line, problem.advice) == ("E701", 2, f"write {advice}")
+    assert (problem.code, problem.line) == ("E701", 2)
+    assert problem.message.startswith("not TOML: ")
+    assert problem.advice.startswith("write name = value: texts in quotes, numbers with a point, true or false")
 
 
 def test_numbers_of_dates_and_of_other_units_are_told(tmp_path):
@@ -264,20 +258,17 @@ def test_what_has_no_line_of_its_own_stands_with_its_key():
 @pytest.mark.parametrize(
     ("section", "key", "said"),
     [
-        ("perez", "diffuse", "the nearest is dhi"),
-        ("perez", "turbidity", "the nearest is epsilon, the clearness of the sky: the model knows no turbidity"),
-        ("sun", "elevation", "the nearest is zenith_deg, 90 degrees less the elevation"),
+        ("perez", "Deltha", "[perez] has no key 'Deltha'; the nearest is delta"),
+        ("perez", "turbidity", "[perez] has no key 'turbidity'"),
         ("sun", "dni", "dni is a key of [perez]"),
-        ("sky", "albedo", "the ground's albedo stands in the .atmo file alone"),
     ],
 )
-def test_keys_that_people_write_are_known(section, key, said, tmp_path):
+def test_a_key_that_is_not_known(section, key, said, tmp_path):
     path = tmp_path / "sky.toml"
     path.write_text(f"[{section}]\n{key} = 40.0\n")
     with pytest.raises(InputFileError, match=r"E702") as refused:
         read_sky_toml(path)
-    message = refused.value.problems[0].message
-    assert message.endswith(said)
+    assert refused.value.problems[0].message == said
 
 
 def test_spans_in_arrays_of_tables():

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import error_text
 from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, MissingExtraError, ModelLimitWarning
-from aomc_sky.source.read.kind import SCENE_FILES, Kind, holds_radiances, kind_of, kind_of_name, not_a_scene
+from aomc_sky.source.read.kind import SCENE_FILES, Kind, kind_of, kind_of_name, not_a_scene, only_table
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
@@ -203,18 +203,18 @@ def validate(arguments: argparse.Namespace) -> int:
 
 
 def _files_of(path: Path) -> list[Path]:
-    """The path itself, or the files with known names in a folder, those of a scene first."""
+    """The path itself, or the files with known names in a folder, those of a scene first; else its only table."""
     if not path.is_dir():
         return [path]
     known = [path / name for name in SCENE_FILES if (path / name).exists()]
     others = sorted(p for p in path.iterdir() if _is_known(p) and p not in known)
-    return known + others or [path / "amc.inp"]
+    return known + others or [only_table(path) or path / "amc.inp"]
 
 
 def _is_known(path: Path) -> bool:
     """Whether a file in a folder has a known name; `skydist.png` and `report.toml` have not."""
     ending = _ENDING.get(kind) if (kind := kind_of_name(path.name)) else None
-    return holds_radiances(path) if ending is None else path.name.lower().endswith(ending)
+    return ending is not None and path.name.lower().endswith(ending)
 
 
 def _checked(path: Path, read: Callable[[Path], Any], strict: bool) -> tuple[dict[str, Any], int, dict[str, list[str]]]:

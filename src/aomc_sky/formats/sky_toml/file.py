@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import math
 import os
 import re
 import tomllib
@@ -13,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from aomc_sky.errors import Problem, Span
-from aomc_sky.formats.report import SYNONYM, BadValueError, Report, nearest, remark_of
+from aomc_sky.formats.report import BadValueError, Report, nearest_text
 from aomc_sky.formats.sky_models import is_sunless
 from aomc_sky.formats.sky_toml.keys import (
     DIFFUSE_MODELS,
@@ -49,6 +47,7 @@ _LINE = re.compile(
     rf"""|(?P<key>{_KEY})[ \t]*=[ \t]*(?P<value>(?:"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|[^#\n])*))""",
     re.MULTILINE,
 )
+_SYNTAX = "write name = value: texts in quotes, numbers with a point, true or false; see docs/formats/sky_toml.md"
 _TOML_POSITION = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
 
 
@@ -126,40 +125,9 @@ def _parsed(text: str, report: Report) -> tuple[dict[str, Any], SpansOfKeys]:
         report.at(span, "E701", f"{name} stands twice", advice="write each key and each section once")
     else:
         message = f"not TOML: {message[:1].lower()}{message[1:]}"
-        report.at(Span(line, column, shown), "E701", message, advice=_syntax_advice(shown, column))
+        report.at(Span(line, column, shown), "E701", message, advice=_SYNTAX)
     report.close()
     raise AssertionError("a report with an error raises")
-
-
-_COLON = re.compile(r"\s*([A-Za-z_]\w*)\s*:(?: (.*))?\Z")
-_TRUE, _FALSE = ("true", "yes", "on"), ("false", "no", "off")
-_ASSIGN = "write a name, = and a value; a comment begins with #"
-_SEE = "see docs/formats/sky_toml.md"
-
-
-def _syntax_advice(line: str, column: int) -> str:
-    """What to write for a line that is not TOML at a column. [from 1]"""
-    if colon := _COLON.match(line):
-        return f"write {colon[1]} = {colon[2].strip()}" if colon[2] else f"write [{colon[1]}]"
-    key, equals, value = (part.strip() for part in line.partition("="))
-    if not equals or column <= line.index("="):
-        return _ASSIGN if line.strip()[:1] not in "-+.0123456789[]{}\"',#" else _SEE
-    value = value.partition("#")[0].strip()
-    if value[:1] == '"' and "\\" in value:
-        return "write {}".format(value.replace("\\", "/"))
-    if re.match(r"\d{1,4}[-./]\d\d?[-./]\d", value):
-        return "write a date, a time with seconds, and its zone: 2026-06-21T23:30:00Z"
-    if value.lower() in (*_TRUE, *_FALSE):
-        return f"write {str(value.lower() in _TRUE).lower()}"
-    word, _, rest = value.partition(" ")
-    if line[column - 1 : column] == "," and "." not in word:
-        return "write a decimal point"
-    point = word.replace(",", "" if "." in word else ".")
-    with contextlib.suppress(ValueError):
-        number = float(re.sub(r"[dD](?=[+-]?\d)", "e", point))
-        if math.isfinite(number):
-            return f"write {number!r}".removesuffix(".0") + (f"  # {rest.strip()}" if rest else "")
-    return f'write {key} = "{value}"' if re.fullmatch(r"[A-Za-z][\w./-]*", value) else _SEE
 
 
 def _header(section: str) -> str:
@@ -254,15 +222,11 @@ class SectionReader:
         return str(path)
 
     def _refuse_key(self, section: str, name: str, span: Span) -> None:
-        elsewhere = [other for other in KEYS if name in KEYS[other]]
-        if name.lower().rpartition("_")[2] == "albedo":
-            message = f"[{section}] has no key {shown_value(name)}; the ground's albedo stands in the .atmo file alone"
-            advice = f"known keys: {', '.join(KEYS[section])}"
-        elif elsewhere and not nearest(name, KEYS[section], at_least=SYNONYM):
-            message, advice = f"{name} is a key of [{elsewhere[0]}]", f"write it below [{elsewhere[0]}]"
+        owner = next((other for other in KEYS if name in KEYS[other]), None)
+        if owner is not None:
+            message, advice = f"{name} is a key of [{owner}]", f"write it below [{owner}]"
         else:
-            best = nearest(name, KEYS[section])
-            message = f"[{section}] has no key {shown_value(name)}; the nearest is {best}{remark_of(name)}"
+            message = f"[{section}] has no key {shown_value(name)}{nearest_text(name, KEYS[section])}"
             advice = f"known keys: {', '.join(KEYS[section])}"
         self.report.at(span, "E702", message, advice=advice)
 
@@ -273,10 +237,9 @@ class SectionReader:
         if owner is not None:
             self.report.at(span, "E702", f"{name} is a key of [{owner}]", advice=f"write it below [{owner}]")
         else:
-            best = nearest(name, KEYS)
-            known = ", ".join(map(_header, KEYS))
-            message = f"there is no section {shown_value(name)}; the nearest is {_header(best)}"
-            self.report.at(span, "E702", message, advice=f"this version reads {known}")
+            known = list(map(_header, KEYS))
+            message = f"there is no section {shown_value(name)}{nearest_text(name, known)}"
+            self.report.at(span, "E702", message, advice=f"this version reads {', '.join(known)}")
 
     def check_sets(self, content: dict[str, Any]) -> None:
         """Report choices that are incomplete or contradict each other, at their first key."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import math
+import os
 import re
 import sys
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -11,14 +12,13 @@ from functools import partial
 from numbers import Real
 from typing import Any
 
-from aomc_sky.formats.report import BadValueError, Gathered, nearest
+from aomc_sky.formats.report import BadValueError, Gathered, nearest_text
 from aomc_sky.inputs import CLEAR_SKY, INPUTS, LIGHTS, MODEL, PEREZ, SUN, Input
 
 LATEST_S = 253_402_300_799.0
 EARLIEST_S = -62_135_596_800.0
 """Seconds since 1970-01-01 UTC of the first and the last second of the years 1 to 9999."""
 
-_LIKELY = 0.6  # likeness of a name from which it is named as the nearest
 _MAX_TEXT = 1000
 _TIMES = "write 2026-06-21T23:30:00Z, 2026-06-22T01:30:00+02:00, or seconds since 1970-01-01 UTC"
 
@@ -87,15 +87,11 @@ def choice(words: Sequence[str]) -> Rule:
     return read
 
 
-_FILES: tuple[tuple[tuple[str, ...], str, str], ...] = (
-    ((".nc", ".nc4", ".csv", ".tsv"), "a field or a measured sky is a file, not the name of a sky",
-     'write table = "{0}" below [sky] of sky.toml, or alone: aomc-sky run {0}'),
-    ((".atmo", "atmosphere"), "an atmosphere is a description in a file, not the name of a sky",
-     'write file = "FILE.atmo" below [atmosphere] of sky.toml'),
-    ((".py",), "a function of Python is not the name of a sky",
-     "give it to sky.weather_scene(sky=...), or install it as a sky model: docs/howto/own_sky.md"),
-)  # fmt: skip
-_HYDROLIGHT = ("hydrolight", "ecolight", "hcnrad")
+_FILES = dict.fromkeys(
+    (".nc", ".nc4", ".csv", ".tsv"), 'write table = "{0}" below [sky] of sky.toml, or alone: aomc-sky run {0}'
+)
+_FILES[".atmo"] = 'write file = "{0}" below [atmosphere] of sky.toml'
+"""Ending of a file that describes a sky -> where its name stands."""
 
 
 def sky_name(words: Sequence[str]) -> Rule:
@@ -109,17 +105,15 @@ def sky_name(words: Sequence[str]) -> Rule:
         installed = installed_skies()
         if value in installed.plugins:
             return value
-        if value.lower() in _HYDROLIGHT:
-            message = f"there is no sky model {shown_value(value)}: HydroLight's pattern of the sky is harrison-coombes"
-            raise BadValueError("E704", message, advice='write "harrison-coombes"')
-        for endings, message, advice in _FILES:
-            if value.lower().endswith(endings):
-                raise BadValueError("E704", f"{shown_value(value)}: {message}", advice=advice.format(value))
+        if advice := _FILES.get(os.path.splitext(value)[1].lower()):
+            raise BadValueError(
+                "E704", f"{shown_value(value)} is a file, not the name of a sky", advice=advice.format(value)
+            )
         names = joined([_quoted(name) for name in (*words, *installed.plugins)])
         if value in installed.refused:
             raise BadValueError("E704", installed.refused[value], advice=f"write {names}")
-        best = nearest(value, [name for name in (*words, *installed.plugins) if name != "none"], at_least=_LIKELY)
-        message = f"there is no sky model {shown_value(value)}{f'; the nearest is {best}' if best else ''}"
+        near = nearest_text(value, [name for name in (*words, *installed.plugins) if name != "none"])
+        message = f"there is no sky model {shown_value(value)}{near}"
         raise BadValueError("E704", message, advice=f"write {names}, or install the package that has it")
 
     return read

@@ -21,7 +21,7 @@ from aomc_sky.errors import (
     Span,
     UsageError,
 )
-from aomc_sky.formats.report import nearest
+from aomc_sky.formats.report import nearest_text
 from aomc_sky.formats.sky_models import MakeSky, installed_skies
 from aomc_sky.formats.sky_toml.keys import KEYS, POLARISATION
 from aomc_sky.formats.sky_toml.sections import SkySection
@@ -174,8 +174,7 @@ def choose_plugin(
 
 
 def _unknown(make: MakeSky, name: str, known: Sequence[str]) -> tuple[str, str]:
-    best = f"; the nearest is {nearest(name, known)}" if known else ""
-    return f"the sky model {make.plugin} has no option {name!r}{best}", options_text(make)
+    return f"the sky model {make.plugin} has no option {name!r}{nearest_text(name, known)}", options_text(make)
 
 
 def _problem(path: str, span: Span | None, code: str, message: str, advice: str) -> Problem:

@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.text_file import delimiter_of, refuse, seems_to_be, split_row
+from aomc_sky.formats.text_file import refuse
 from aomc_sky.system import open_regular
 
 
@@ -53,20 +53,13 @@ SCENE_FILES = (*(f"{name}.inp" for name in _TABLES), "sky.toml")
 """Files of a scene, in the order in which they are read."""
 
 _HEAD_BYTES = 65_536
-"""Bytes of a file in which names of columns are looked for."""
-
 _AMC_LINES = 40
-"""Lines of a file in which labels of amc.inp are looked for."""
+"""First bytes and lines of a file in which labels of amc.inp are looked for."""
 
 _LABEL = re.compile(r"\s*(?:\d+|[a-z])\)|.{44,50}:\s*[-+.\d]")
 """A line of amc.inp: "4)depth (M)", or a colon before column 49."""
 
-_PROGRAMS = {
-    "aeronet": "a file of AERONET", "almucantar": "a file of AERONET", "hydrolight": "a file of HydroLight",
-    "<html": "a page of the web", "<?xml": "XML", '{"': "JSON",
-}  # fmt: skip
-"""A word in a file, and what the file seems to be."""
-
+_SCENES = "a scene is amc.inp or its folder; a table of radiances has a name in .csv or .tsv, a field of them in .nc"
 _MOST_ENTRIES = 1000
 """Entries of a folder in which scenes are looked for."""
 
@@ -94,28 +87,21 @@ def kind_of(path: Path) -> Kind | None:
     if kind is None and path.is_file():
         with contextlib.suppress(OSError), open_regular(path) as file:
             start = file.read(8) or b""  # None: nothing yet, as of /proc/kmsg
-            kind = next((one for first, one in _FIRST_BYTES.items() if start.startswith(first)), None)
-        kind = Kind.MEASURED if kind is None and holds_radiances(path) else kind
+            return next((one for first, one in _FIRST_BYTES.items() if start.startswith(first)), None)
     return kind
 
 
-def holds_radiances(path: Path) -> bool:
-    """Whether a row of a file of text names the columns of a measured sky."""
-    if path.suffix.lower() not in (".csv", ".tsv", ".txt", ".dat") or not path.is_file():
-        return False
-    from aomc_sky.formats.radiance_csv import COMMENT, DELIMITERS
-    from aomc_sky.formats.radiance_words import name_of_column
+def only_table(folder: Path) -> Path | None:
+    """The table of radiances in a folder: the only file with a name that ends in .csv or .tsv."""
+    tables = [name for name in _entries(folder) if kind_of_name(name) is Kind.MEASURED]
+    return folder / tables[0] if len(tables) == 1 else None
 
-    with contextlib.suppress(OSError), open_regular(path) as file:
-        for line in (file.read(_HEAD_BYTES) or b"").decode("utf-8-sig", "replace").splitlines():
-            head = COMMENT.sub("", line, count=1)
-            cells = split_row(head, delimiter_of(head, DELIMITERS))
-            has_blanks = len(cells) == 1
-            names = [name_of_column(cell) for cell in (cells[0].split() if has_blanks else cells)]
-            is_head = {"zenith", "azimuth", "radiance"} <= {name.slot for name in names if name}
-            if is_head and not (has_blanks and None in names):
-                return True
-    return False
+
+def _entries(folder: Path) -> list[str]:
+    """Names in a folder, sorted; none where it cannot be read."""
+    with contextlib.suppress(OSError):
+        return sorted(entry.name for entry in itertools.islice(os.scandir(folder), _MOST_ENTRIES))
+    return []
 
 
 def not_a_scene(amc: Path) -> InputFileError | None:
@@ -135,8 +121,10 @@ def not_a_scene(amc: Path) -> InputFileError | None:
     if not os.path.lexists(path) and kind is not Kind.SCENE:
         what = "file" if path.suffix else "file or folder"
         return refuse(path, f"there is no such {what}", advice="name amc.inp or the folder that holds it")
-    if kind in (None, Kind.SCENE) or not path.is_file():
-        return None if kind is Kind.SCENE or not path.is_file() else _no_amc(path)
+    if kind is Kind.SCENE or not path.is_file():
+        return None
+    if kind is None:
+        return None if _has_label(path) else refuse(path, "this is not an amc.inp", advice=_SCENES)
     default = f"write {beside}" if beside.is_file() else "name amc.inp, which says how the files beside it are used"
     option = {".epw": "--epw", ".tmy3": "--tmy3"}.get(path.suffix.lower(), "--tmy2")
     advice = {
@@ -156,46 +144,24 @@ def not_a_scene(amc: Path) -> InputFileError | None:
     return refuse(path, f"this is {kind.value}; amc.inp belongs here", advice=advice)
 
 
-def _no_amc(path: Path) -> InputFileError | None:
-    """The error of a text without any line of an amc.inp: what it seems to be, and what is read."""
+def _has_label(path: Path) -> bool:
+    """Whether a line of a file begins as in amc.inp, or the file has no lines at all."""
+    lines: list[str] = []
     with contextlib.suppress(OSError), open_regular(path) as file:
-        data = file.read(_HEAD_BYTES) or b""
-        lines = data.decode("utf-8-sig", "replace").splitlines()[:_AMC_LINES]
-        what = seems_to_be(data)
-        if not data or (b"\0" in data and not what) or any(_LABEL.match(line) for line in lines):
-            return None
-        cells = next((n for line in lines if (n := _n_numbers(line)) > 1), 0)
-        named = next((name for word, name in _PROGRAMS.items() if any(word in line.lower() for line in lines)), "")
-        what = what or named or (f"a table of {cells} columns of numbers" if cells else "a text")
-        advice = (
-            "a scene is amc.inp or its folder, a table of radiances (.csv) whose first row names zenith, azimuth and "
-            "radiance, or a field of them (.nc)"
-        )
-        return refuse(path, f"this seems to be {what}; amc.inp belongs here", advice=advice)
-    return None
-
-
-def _n_numbers(line: str) -> int:
-    """How many numbers a row has, 0 for a row with a word."""
-    cells = re.split(r"[\s,;]+", line.strip())
-    return len(cells) if all(re.fullmatch(r"[-+]?\d*\.?\d+(?:[eEdD][-+]?\d+)?", cell) for cell in cells) else 0
+        lines = (file.read(_HEAD_BYTES) or b"").decode("latin-1").splitlines()[:_AMC_LINES]
+    return not lines or any(_LABEL.match(line) for line in lines)
 
 
 def _no_scene_here(folder: Path) -> InputFileError | None:
-    """The error of a folder without amc.inp that has scenes below it, or amc.inp with another spelling."""
-    with contextlib.suppress(OSError):
-        entries = sorted(entry.name for entry in itertools.islice(os.scandir(folder), _MOST_ENTRIES))
-        spelt = next((name for name in entries if name.lower() == "amc.inp"), "")
-        if spelt:
-            return refuse(folder, f"there is no amc.inp in this folder; did you mean {folder / spelt}?")
-        scenes = [folder / name for name in entries if (folder / name / "amc.inp").is_file()]
-        if scenes:
-            named = " or ".join(map(str, scenes[:3])) + (f" or {len(scenes) - 3} more" if len(scenes) > 3 else "")
-            return refuse(folder, f"there is no amc.inp in this folder; did you mean {named}?")
-        measured = next((folder / name for name in entries if holds_radiances(folder / name)), None)
-        if measured:
-            return refuse(folder, f"there is no amc.inp in this folder; did you mean {measured}?")
-    return None
+    """The error of a folder without amc.inp that has another spelling of it, scenes below it, or one table."""
+    entries = _entries(folder)
+    meant = [folder / name for name in entries if name.lower() == "amc.inp"][:1]
+    meant = meant or [folder / name for name in entries if (folder / name / "amc.inp").is_file()]
+    meant = meant or [path for path in (only_table(folder),) if path]
+    if not meant:
+        return None
+    named = " or ".join(map(str, meant[:3])) + (f" or {len(meant) - 3} more" if len(meant) > 3 else "")
+    return refuse(folder, f"there is no amc.inp in this folder; did you mean {named}?")
 
 
 def not_a_run(path: Path) -> InputFileError:
