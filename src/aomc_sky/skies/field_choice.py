@@ -178,15 +178,15 @@ def sun_of(
             continue
         text = str(getattr(stated, "attrs", {}).get("azimuth_convention", ""))
         try:
-            (value,) = np.asarray(getattr(stated, "values", stated), dtype=np.float64).ravel()
+            (value,) = np.asarray(getattr(stated, "values", stated), dtype=np.float64).ravel().tolist()
         except (TypeError, ValueError):
             raise FieldError(f"{name} of the file is not one number", SAY_SUN, "azimuth") from None
         if name == SUN_NAMES[1]:
             counts = convention_of(text) if text else convention
             if counts is None or counts.is_from_sun:
                 raise FieldError(f"nothing says from where {name} of the file counts", SAY_SUN, "azimuth")
-            value = to_enu_azimuth_deg(value, counts)
+            value = float(to_enu_azimuth_deg(value, counts))
         if not (0.0 <= value <= 180.0 or name == SUN_NAMES[1]):
             raise FieldError(f"{name} of the file is {value:g}", "write 0 to 180 degrees", "table")
-        found.append(float(value))
+        found.append(value)
     return found[0], found[1]

@@ -29,7 +29,7 @@ def read_polarised_field(
     of some zenith angles and azimuths are a grid.
     """
     zenith, azimuth = (axis_of(chosen.radiance, role, stated, chosen.bounds) for role in ("zenith", "azimuth"))
-    assert zenith is not None and chosen.stokes is not None
+    assert zenith is not None
     if azimuth is not None and zenith.dims == azimuth.dims:
         chosen = _unstacked(chosen, zenith, azimuth)
     field, others = chosen.radiance, chosen.stokes or ()

@@ -459,7 +459,7 @@ def _interpolated(
     from aomc_sky.skies.measured import RadianceField
     from aomc_sky.skies.on_sphere import notes_of, percent, warn_of_extrapolation
 
-    angles_of_sun = dict(zip(("sun_zenith_deg", "sun_azimuth_deg"), sun, strict=True))
+    angles_of_sun: dict[str, Any] = dict(zip(("sun_zenith_deg", "sun_azimuth_deg"), sun, strict=True))
     is_given = np.all(np.isfinite(values), axis=0)
     zenith_deg, azimuth_deg = (angle[is_given] for angle in directions)
     values = values[:, is_given]

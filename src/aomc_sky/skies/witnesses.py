@@ -92,7 +92,7 @@ def _brightest(radiance: np.ndarray, zenith_deg: np.ndarray, azimuth_deg: np.nda
 
 def _brighter_side(radiance: np.ndarray, zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> tuple[float, float]:
     """Azimuth of the brighter side, and how much brighter it is: the first harmonic of log L beside functions of mu."""
-    sine, mu = sin_cos_deg(np.abs(zenith_deg))
+    mu = sin_cos_deg(zenith_deg)[1]
     x, y = -travel_from_sky(zenith_deg, azimuth_deg).T[:2]
     terms = np.stack([np.ones_like(mu), mu, mu * mu, np.exp(-mu / 0.15), x, y], axis=1)
     log = np.log(np.maximum(radiance, 1e-3 * np.median(radiance)))
@@ -151,13 +151,15 @@ def _other_signs(
     pattern = RayleighPattern(max_degree=1.0).stokes(
         *angles, sun_zenith_rad=np.deg2rad(sun[0]), sun_azimuth_rad=np.deg2rad(sun[1])
     )
-    likeness = [float(a @ b / max(np.linalg.norm(a) * np.linalg.norm(b), 1e-300)) for a, b in zip((q, u), pattern)]
+    likeness = [
+        float(a @ b / max(np.linalg.norm(a) * np.linalg.norm(b), 1e-300)) for a, b in zip((q, u), pattern, strict=True)
+    ]
     against = [name for name, one in zip("QU", likeness, strict=True) if one < _AGAINST]
     if not against:
         return ""
     signs = " ".join("-1" if one < _AGAINST else "1" for one in likeness)
     shown = ", ".join(f"{name} {one:.2f}" for name, one in zip("QU", likeness, strict=True))
     return (
-        f"{' and '.join(against)} {'have' if len(against) > 1 else 'has'} another sign than Rayleigh's pattern around the "
-        f"sun (correlation: {shown}): are they of another convention? (--stokes-signs {signs})"
+        f"{' and '.join(against)}: another sign than that of Rayleigh's pattern around the sun (correlation of "
+        f"{shown}); are they of another convention? (--stokes-signs {signs})"
     )
