@@ -1,10 +1,12 @@
-"""What a field says of its angles, bounds and missing values is used as it stands, or is one sentence."""
+"""What a field states of its angles, wavelengths, bounds and missing values is used, or asked; texts are shown alone."""
 
 import numpy as np
 import pytest
 
 import aomc_sky as sky
-from tests.support.fields import field_of, through_a_file
+from aomc_sky.errors import FieldError
+from aomc_sky.formats.netcdf import open_netcdf
+from tests.support.fields import FROM_EAST, field_of, through_a_file
 
 xarray = pytest.importorskip("xarray")
 read = sky.TabulatedSky.from_xarray
@@ -21,8 +23,7 @@ def quads(*, to_unit=np.array, units="degree", name="zenith", flip=False, conven
     """
     centre = RINGS.mean(axis=1)
     centre[0] = 0.0
-    ring_values = np.arange(1.0, 7.0)
-    values = ring_values[:, None] * np.where((AZIMUTH >= 60) & (AZIMUTH < 150), 2.0, 1.0)
+    values = np.arange(1.0, 7.0)[:, None] * np.where((AZIMUTH >= 60) & (AZIMUTH < 150), 2.0, 1.0)
     columns = np.column_stack([AZIMUTH - 15, AZIMUTH + 15])
     columns = np.mod(columns, 360.0) if wrap else columns
     zenith, rings = to_unit(centre), to_unit(RINGS)
@@ -51,12 +52,11 @@ EXACT = 1.25 * np.pi * np.sum(np.diff(np.sin(np.deg2rad(EDGES)) ** 2) * np.arang
         {},
         {"to_unit": np.deg2rad, "units": "radian"},
         {"to_unit": lambda angle: np.deg2rad(angle).astype(np.float32), "units": "rad"},
-        {"to_unit": lambda angle: np.cos(np.deg2rad(angle)), "name": "mu"},
         {"to_unit": lambda angle: 90 - angle, "name": "elevation"},
         {"flip": True},
         {"wrap": True},
     ],
-    ids=["degrees", "radians", "float32", "cosines", "elevations", "descending", "wrapped"],
+    ids=["degrees", "radians", "float32", "elevations", "descending", "wrapped"],
 )
 def test_bounds_are_the_edges_of_patches(how):
     """Cap and unequal rings in any unit, order and turn: the irradiance of the bounds, not of half-way edges."""
@@ -84,13 +84,18 @@ def test_bounds_turn_with_the_azimuths(convention, brightest, wrap):
 
 
 def test_bounds_that_leave_something_out_are_said():
-    remarks = read(quads().isel(zenith=slice(1, 5), azimuth=[0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11])).remarks
-    assert any("no radiance from 0 to 5 degrees from the zenith" in one for one in remarks)
-    assert any("no radiance from 85 to 90 degrees from the zenith" in one for one in remarks)
-    assert any("no radiance at azimuths 75 to 105 degrees" in one for one in remarks)
+    remarks = " ".join(read(quads().isel(zenith=slice(1, 5), azimuth=[0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11])).remarks)
+    assert "no radiance from 0 to 5 degrees from the zenith" in remarks
+    assert "no radiance from 85 to 90 degrees from the zenith" in remarks
+    assert "no radiance at azimuths 75 to 105 degrees" in remarks
     even = quads().interp(zenith=np.arange(2.5, 90.0, 5.0))["L"]
     even.zenith.attrs = quads().zenith.attrs
     assert read(even).grid.n_zenith == 18
+
+
+@pytest.mark.parametrize("engine", ["h5netcdf", "scipy"])
+def test_bounds_come_with_a_file(engine, tmp_path):
+    assert irradiance(read(through_a_file(quads(), tmp_path / "quads.nc", engine))) == pytest.approx(EXACT, rel=1e-12)
 
 
 def with_one_bound(name, place, value):
@@ -117,58 +122,29 @@ def test_bounds_that_are_none(made, why):
     assert error.value.advice
 
 
-RINGS_OF_FOUR = sky.TabulatedSky(
-    wavelength_nm=[550.0],
-    values=[[5.0, 5.0, 5.0, 5.0, 1.0, 2.0, 3.0, 4.0, 1.0, 1.0, 1.0, 1.5]],
-    grid=sky.PatchGrid(
-        zenith_bounds_deg=[[0, 10], [10, 30], [30, 90]], azimuth_bounds_deg=[[0, 90], [90, 180], [180, 270], [270, 360]]
-    ),
-    weighting=sky.Weighting.PROJECTED,
-)
-
-
-@pytest.mark.parametrize("name", ["rings", "inputs/sparse_sky degrees", "inputs/clear_day"])
-def test_export_and_read_give_the_same_photons(name, tmp_path):
-    """Through netCDF: the radiances, the bounds and the convention are those of the scene, and so are its photons."""
-    if name == "rings":
-        scene = sky.Scene(wavebands=[550.0], n_photons=100_000, components=RINGS_OF_FOUR)
-    else:
-        folder, _, bins = name.partition(" ")
-        scene = sky.read_scene(folder, iterations=100_000, bins=bins or None)
-    source = scene.source(seed=1)
-    table = read(through_a_file(sky.to_xarray(source), tmp_path / "run.nc"))
-    assert not any("azimuth" in remark for remark in table.remarks)
-    bands = scene.wavebands.wavelength_nm
-    again = sky.Scene(wavebands=bands, n_photons=100_000, components=table).source(seed=1)
-    for band in range(len(bands)):
-        one, other = source.photons(band), again.photons(band)
-        differing = (one.patch != other.patch).mean()  # a mass one ulp off moves a photon at the edge of a patch
-        assert differing < 1e-4
-        same = one.patch == other.patch
-        np.testing.assert_array_equal(one.uz[same], other.uz[same])
-        np.testing.assert_allclose(one.ux[same], other.ux[same], atol=2e-7)
+UNIT = "mW m-2 nm-1 sr-1"
 
 
 def packed(values, **attributes):
     """A field of equal steps, of as many rings and columns as there are values."""
     n_zenith, n_azimuth = np.shape(values)
     zenith, azimuth = (np.arange(n_zenith) + 0.5) * 90.0 / n_zenith, np.arange(n_azimuth) * 360.0 / n_azimuth
-    made = field_of(values, zenith, azimuth, azimuth={"azimuth_convention": "from east"})
-    return made.assign_attrs(units="mW m-2 nm-1 sr-1", **attributes)
+    return field_of(values, zenith, azimuth).assign_attrs(units=UNIT, **attributes)
 
 
 MISSING = {
     "default-f8": (9.969209968386869e36, {}),
     "default-f4": (np.float32(9.969209968386869e36), {}),
-    "1e35": (1e35, {}),
     "valid_range": (9999.0, {"valid_range": [0.0, 500.0]}),
     "valid_max": (501.0, {"valid_max": 500.0}),
     "valid_min": (0.25, {"valid_min": 0.5}),
     "_FillValue": (777.0, {"_FillValue": 777.0}),
     "missing_value": (777.0, {"missing_value": 777.0}),
     "missing_values": (777.0, {"missing_value": [888.0, 777.0]}),
-    "-999": (-999.0, {}),
+    "declared": (-999.0, {"missing_value": -999.0}),
     "nan": (np.nan, {}),
+    "-999.9 of float64 in f4": (np.float32(-999.9), {"missing_value": -999.9}),
+    "0.3333 of float64 in f4": (np.float32(0.3333), {"missing_value": 0.3333}),
 }
 
 
@@ -208,100 +184,281 @@ def test_packed_numbers_have_their_own_fills_and_ranges(dtype, fill, valid, tmp_
         read(made)
 
 
+def test_packed_angles_are_not_taken_as_they_are_stored():
+    """Rings of 10 degrees in steps of 2 degrees are no rings of 5 degrees."""
+    made = packed(np.ones((9, 18)))
+    stored = made.assign_coords(zenith=("zenith", made.zenith.values / 2, {"units": "degree", "scale_factor": 2.0}))
+    with pytest.raises(sky.SceneError, match="mask_and_scale=True"):
+        read(stored)
+
+
+SLOPE = 1.0 + np.linspace(0.0, 0.9, 162).reshape(9, 18)
+
+
 @pytest.mark.parametrize(
-    ("attributes", "brightest"),
+    ("value", "attributes", "why"),
     [
-        ({"long_name": "azimuth clockwise from north"}, 0.0),
-        ({"standard_name": "sensor_azimuth_angle", "comment": "the reference direction is south"}, 180.0),
-        ({"long_name": "azimuth clockwise from north", "comment": "direction into which the light goes"}, None),
-        ({"long_name": "azimuth relative to the sun"}, 130.0),
-        ({"long_name": "azimuth relative to the sun, clockwise"}, 310.0),
-        ({"comment": "measured from magnetic north"}, None),
-        ({"long_name": "azimuth clockwise from north", "azimuth_convention": "enu_from_east"}, None),
+        (-999.0, {}, "negative or infinite: 1, such as -999; .*_FillValue that the file declares, is a gap"),
+        (np.inf, {}, "negative or infinite: 1"),
+        (1e35, {}, r"values up to 1e\+35, beyond all radiances; .*_FillValue"),
+        (1e20, {}, "1 radiance is 1e[+]20, and the next one is 1.9; is 1e[+]20 a gap"),
+        (999.9, {}, "1 radiance is 999.9, and the next one is 1.9; is 999.9 a gap.; write NaN for a gap, or "),
+        (9999.0, {}, "is 9999 a gap"),
+        (32767.0, {}, "is 32767 a gap"),
+        (-99.0, {"missing_value": "-99"}, "missing_value of the field is '-99', and no numbers"),
+        (2.0, {"valid_range": "0 to 500"}, "valid_range of the field is '0 to 500', and no numbers"),
+    ],
+)
+@pytest.mark.parametrize("dtype", ["f4", "f8"])
+def test_values_that_are_no_radiances_are_refused(value, attributes, why, dtype):
+    """Undeclared fill values, infinite ones, and nines far beyond all others at one of two wavelengths."""
+    other = np.where(np.arange(162).reshape(9, 18) == 103, value, SLOPE)
+    both = xarray.concat([packed(other), 3e4 * packed(SLOPE)], "wavelength").assign_coords(wavelength=[440.0, 550.0])
+    both.attrs, both.wavelength.attrs = {"units": UNIT, **attributes}, {"units": "nm"}
+    with pytest.raises(FieldError, match=why):
+        read(both.astype(dtype))
+    near = other if 99 < value < 1e4 else SLOPE
+    assert read(packed(np.where(near == value, 5.0, near) + 9999.0 - 5.0)).values.max() > 9900
+
+
+EVEN = np.arange(0.0, 360.0, 10.0)
+BRIGHT_AT_90 = np.tile(2.0 + np.cos(np.deg2rad(EVEN - 90)), (18, 1))
+NORTH = "clockwise from north"
+
+
+def stating(azimuth=None, of_file=None, values=BRIGHT_AT_90, **attributes):
+    """A sky that is brightest at azimuth 90 of its own, with attributes of azimuth, file and radiance as given."""
+    made = packed(values).assign_attrs(attributes)
+    made.azimuth.attrs = {"units": "deg", **(azimuth or {})}
+    return made.to_dataset().assign_attrs(of_file or {})
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "of_file", "brightest"),
+    [
+        ({}, {"azimuth_convention": NORTH}, 0.0),
+        ({"azimuth_convention": "Clockwise  from North"}, {}, 0.0),
+        ({"azimuth_convention": "north_clockwise"}, {"azimuth_convention": "counterclockwise from east"}, 0.0),
+        ({"azimuth_convention": "counterclockwise from south"}, {"comment": "north is 0"}, 0.0),
+        ({"units": "degree_true"}, {}, 0.0),
+        ({"standard_name": "sensor_azimuth_angle"}, {}, 0.0),
+        ({"standard_name": "platform_azimuth_angle", "azimuth_convention": NORTH}, {"azimuth_convention": NORTH}, 0.0),
+        ({"azimuth_convention": "0 is +x, growing towards +y"}, {}, 90.0),
+        ({"long_name": "azimuth of the sky element; 0 is +x, growing towards +y"}, {}, 90.0),
+        ({"azimuth_convention": "counterclockwise from the sun"}, {}, 130.0),
+        ({"azimuth_convention": "clockwise from the antisun"}, {"sun_azimuth_deg": 7.0}, 130.0),
+        ({}, {"azimuth_convention": "clockwise from the sun"}, 310.0),
     ],
     ids=str,
 )
-def test_azimuths_by_their_attributes(attributes, brightest):
-    """A sky that is brightest at 90 of the field, with the sun at 40; tests/formats/test_azimuth_words.py has words."""
-    azimuth = np.arange(0.0, 360.0, 10.0)
-    made = packed(np.tile(2.0 + np.cos(np.deg2rad(azimuth - 90)), (18, 1)))
-    made.azimuth.attrs = {"units": "deg"} | attributes
-    if brightest is None:
-        with pytest.raises(sky.SceneError, match=r"azimuth 'azimuth': .*; write --azimuth-convention \(azimuth_conv"):
+def test_azimuths_by_their_statements(azimuth, of_file, brightest, tmp_path):
+    """With the sun at 40, by the argument; also through a file; an argument wins over all that a file states."""
+    made = stating(azimuth, of_file)
+    sun = {"sun_azimuth_deg": 40.0} if "sun" in str([azimuth, of_file]) else {}
+    for field in (made, through_a_file(made, tmp_path / "field.nc")):
+        table = read(field, **sun)
+        assert table.radiance(1.0, np.deg2rad(brightest), 550.0) == pytest.approx(3.0, rel=0.01)
+        assert any("; the sun is at 40" in remark for remark in table.remarks) == bool(sun)
+    given = read(made, azimuth_convention="clockwise from south", **sun)
+    assert given.radiance(1.0, np.pi, 550.0) == pytest.approx(3.0, rel=0.01)
+    if sun and not of_file.get("sun_azimuth_deg"):
+        with pytest.raises(FieldError, match="write --sun-azimuth"):
             read(made)
-        return
-    with_sun = {"sun_azimuth_deg": 40.0} if "sun" in str(attributes) else {}
-    table = read(made, **with_sun)
-    assert table.radiance(1.0, np.deg2rad(brightest), 550.0) == pytest.approx(3.0, rel=0.01)
-    assert any("counts" in remark for remark in table.remarks) == bool(with_sun)
-    if with_sun:
-        with pytest.raises(sky.SceneError, match="write --sun-azimuth"):
-            read(made)
-
-
-ZENITH_NAMES = {
-    "altitude": True, "alt": True, "el": True, "elevation_deg": True, "view_altitude_angle": True, "zenith_deg": False,
-    "theta": False, "view_zenith_angle": False,
-}  # fmt: skip
-"""Names of zenith angles, and whether they are elevations."""
-
-
-@pytest.mark.parametrize("name", ZENITH_NAMES)
-def test_elevations_by_their_name(name):
-    """A sky that is 3 at the zenith and 1 at the horizon."""
-    angle = np.arange(2.5, 90.0, 5.0)
-    made = packed(np.tile((1.0 + 2.0 * np.cos(np.deg2rad(angle)) ** 2)[:, None], (1, 36)))
-    made = made.assign_coords(zenith=("zenith", 90.0 - angle if ZENITH_NAMES[name] else angle, {"units": "degree"}))
-    table = read(made.rename(zenith=name))
-    assert table.radiance([0.04, 1.5], [1.0, 1.0], 550.0) == pytest.approx([3.0, 1.0], abs=0.03)
-
-
-def test_cosines_of_both_signs_and_texts_in_the_place_of_angles():
-    mu = np.array([-0.9, -0.5, 0.5, 0.9])
-    values = np.array([5.0, 5.0, 1.0, 1.0])[:, None] * np.ones(36)
-    coords = {"azimuth": ("azimuth", np.arange(0.0, 360.0, 10.0), {"units": "deg"})}
-    for name in ("mu", "umu"):
-        made = xarray.DataArray(values, dims=(name, "azimuth"), coords={name: mu, **coords})
-        if name == "umu":
-            assert read(made).radiance(0.5, 0.0, 550.0) == pytest.approx(5.0)
-        else:
-            with pytest.raises(sky.SceneError, match="cosines of both signs; which of them are of the sky"):
-                read(made)
-    with pytest.raises(sky.SceneError, match="coordinate 'azimuth' holds no numbers"):
-        read(packed(np.ones((18, 36))).assign_coords(azimuth=[f"N{k}" for k in range(36)]))
 
 
 @pytest.mark.parametrize(
-    ("values", "attributes", "why"),
+    ("azimuth", "of_file", "why"),
     [
-        ([4400.0, 5500.0], {}, "are they angstroms"), ([4400.0, 5500.0], {"unit": "angstrom"}, None),
-        ([18181.0, 20000.0], {"long_name": "wavenumber (cm-1)"}, "has the unit 'wavenumbers'"),
-        ([0.44, 0.55], {}, "are they micrometres"), ([440.0, 550.0], {}, None),
-        ([4000.0, 8000.0], {"units": "nm"}, None), ([4.4e5, 5.5e5], {"units": "um"}, "20 to 100000 are read"),
+        ({"long_name": f"azimuth {NORTH}"}, {"comment": "Kiel"}, f"nothing says .*its text says 'azimuth {NORTH}'; 'K"),
+        ({}, {"title": "north = 0, east = 90"}, "nothing says from where azimuth .*its text says 'north = 0, east"),
+        ({"azimuth_convention": "N to E"}, {}, "'N to E' is no convention"),
+        ({"azimuth_convention": f"{NORTH}, magnetic"}, {}, "is no convention"),
+        ({"azimuth_convention": ""}, {}, "nothing says"),
+        ({"standard_name": "sensor_azimuth_angle", "azimuth_convention": "clockwise from south"}, {}, "and .* differ"),
+        ({"units": "degrees_true"}, {"azimuth_convention": "counterclockwise from east"}, "and .* differ"),
     ],
-)  # fmt: skip
-def test_wavelengths_of_other_units(values, attributes, why):
-    made = packed(np.ones((18, 36))).expand_dims(wavelength=np.array(values))
-    made = made.assign_coords(wavelength=("wavelength", np.array(values), attributes))
-    if why is None:
-        expected = np.array(values) * (0.1 if "unit" in attributes else 1.0)
-        np.testing.assert_allclose(read(made).wavelength_nm, expected)
-    else:
-        with pytest.raises(sky.SceneError, match=why):
+    ids=str,
+)
+def test_azimuths_that_are_asked_for(azimuth, of_file, why):
+    with pytest.raises(FieldError, match=f"azimuth 'azimuth'.*{why}|{why}") as error:
+        read(stating(azimuth, of_file))
+    assert error.value.advice.startswith("write --azimuth-convention (azimuth_convention=) 'clockwise from north'")
+    assert error.value.argument == "azimuth_convention"
+
+
+SKY = np.tile((1.0 + 2.0 * np.cos(np.deg2rad(np.arange(2.5, 90, 5.0))) ** 2)[:, None], (1, 36))
+NAMED = {"zenith_deg": {}, "zenith_rad": {}, "ZENITH": {"units": "rad"}, "elevation_deg": {}, "Elevation_rad": {}}
+
+
+@pytest.mark.parametrize("name", [*NAMED, "vza", "height"])
+def test_zenith_angles_and_elevations_by_their_name_or_an_argument(name):
+    """A sky that is 3 at the zenith and 1 at the horizon. Other names want an argument, and the message says so."""
+    angle = np.arange(2.5, 90.0, 5.0)
+    is_elevation, attributes = name[:2] in ("el", "El", "he"), NAMED.get(name, {"units": "degree"})
+    angle = 90 - angle if is_elevation else angle
+    angle = np.deg2rad(angle) if "rad" in name + str(attributes) else angle
+    made = packed(SKY).assign_coords(zenith=("zenith", angle, attributes)).rename(zenith=name)
+    argument = {} if name in NAMED else {"elevation" if is_elevation else "zenith": name}
+    if argument:
+        with pytest.raises(FieldError, match="no coordinate zenith among .*write --coordinate zenith=.*or elevation=N"):
             read(made)
+    assert read(made, **argument).radiance([0.04, 1.5], [1.0, 1.0], 550.0) == pytest.approx([3.0, 1.0], abs=0.03)
 
 
-def closed(zenith, azimuth, unit):
-    """Samples of 1 + sin(zenith) with both ends of the hemisphere and of the turn."""
-    values = 1 + np.sin(np.linspace(0, np.pi / 2, zenith.size))[:, None] * np.ones(azimuth.size)
-    return field_of(values, zenith, azimuth, zenith={"units": unit}, azimuth={"units": unit})
+def test_the_name_that_is_offered_is_not_that_of_another_coordinate():
+    with pytest.raises(FieldError, match="no coordinate zenith") as error:
+        read(packed(SKY).rename(zenith="theta"))
+    assert "zenith=azimuth" not in error.value.advice
+
+
+def test_a_dimension_of_another_name_wants_its_argument():
+    made = packed(SKY).expand_dims(w=[440.0, 550.0]).rename(azimuth="phi")
+    made.w.attrs["units"] = "nm"
+    with pytest.raises(FieldError, match="dimension 'w' of 2 .*'phi' of 36") as error:
+        read(made)
+    of_w, of_phi = (one.advice for one in error.value.all)
+    assert "--coordinate azimuth=phi (azimuth='phi')" in of_phi
+    assert "azimuths need --azimuth-convention, too" in of_phi
+    assert "--coordinate wavelength=w (wavelength='w')" in of_w
+    assert read(made, azimuth="phi", wavelength="w").wavelength_nm.tolist() == [440.0, 550.0]
+
+
+@pytest.mark.parametrize(
+    ("values", "name", "attributes", "unit", "nm"),
+    [
+        ([4400.0, 5500.0], "wavelength", {"units": "angstrom"}, None, [440, 550]),
+        ([0.44, 0.55], "wavelength_um", {}, None, [440, 550]),
+        ([0.44, 0.55], "Wavelength", {"units": "micrometer"}, None, [440, 550]),
+        ([4.4e-7, 5.5e-7], "wavelength", {"units": "m"}, None, [440, 550]),
+        ([4.4, 5.5], "wavelength", {"units": "nm"}, "um", [4400, 5500]),
+        ([440.0, 550.0], "wavelength_nm", {}, None, [440, 550]),
+        ([440.0, 550.0], "wavelength", {}, None, "does not say in which unit it is"),
+        ([440.0, 550.0], "wavelength", {"long_name": "in nm"}, None, "does not say .*; its text says 'in nm'"),
+        ([440.0, 550.0], "wavelength_um", {"units": "nm"}, None, "in um by its name and in nm by its attribute"),
+        ([18181.0, 20000.0], "wavelength", {"units": "cm-1"}, None, "has the unit 'cm-1', which is none"),
+        ([0.44, 0.55], "wavelength", {"units": "nm"}, None, "wavelengths of 0.44 to 0.55 nm; 20 to 100000 are read"),
+    ],
+)
+def test_units_of_wavelengths(values, name, attributes, unit, nm):
+    made = packed(SKY).expand_dims({name: 2}).assign_coords({name: (name, values, attributes)})
+    if isinstance(nm, list):
+        np.testing.assert_allclose(read(made, wavelength_unit=unit).wavelength_nm, nm)
+    else:
+        with pytest.raises(FieldError, match=f"{nm}.*; write --wavelength-unit nm, um, m or angstrom"):
+            read(made, wavelength_unit=unit)
+
+
+@pytest.mark.parametrize("name", ["zenith", "azimuth"])
+def test_units_of_angles(name):
+    """Missing, unknown and contradicting ones are asked; so are degrees that are called radians."""
+    made = stating(FROM_EAST, values=SKY)["radiance"]
+    for attributes, why in (
+        ({}, "does not say in which unit it is"),
+        ({"units": "gon"}, "has the unit 'gon', which is none"),
+    ):
+        made[name].attrs = {key: made[name].attrs[key] for key in FROM_EAST if key in made[name].attrs} | attributes
+        with pytest.raises(FieldError, match=why) as error:
+            read(made)
+        assert error.value.advice.startswith("write --angle-unit deg or rad (angle_unit=)")
+        assert read(made, angle_unit="deg") == read(packed(SKY))
+    with pytest.raises(FieldError, match="goes to 20053 degrees; are its units radians"):
+        read(packed(SKY), angle_unit="rad")
+
+
+def test_two_units_of_one_angle_are_a_question():
+    made = packed(SKY)
+    made.zenith.attrs["unit"] = "rad"
+    with pytest.raises(FieldError, match="unit"):
+        read(made)
+
+
+def test_all_questions_of_a_field_come_together():
+    made = packed(SKY).expand_dims(wavelength=[550.0], member=3).to_dataset().assign_attrs(comment="cruise 7")
+    for axis in made.coords.values():
+        axis.attrs.clear()
+    made.radiance.attrs = {"units": "counts"}
+    with pytest.raises(FieldError, match="counts") as error:
+        read(made)
+    asked = [one.argument for one in error.value.all]
+    assert asked == ["radiance_unit", "angle_unit", "angle_unit", "azimuth_convention", "wavelength_unit", "isel"]
+    assert "its text says 'cruise 7'" in error.value.all[3].message
+    how = {"radiance_unit": "relative", "angle_unit": "deg", "wavelength_unit": "nm", **FROM_EAST}
+    expected = read(packed(SKY), radiance_unit="relative")
+    np.testing.assert_array_equal(read(made.isel(member=0), **how).values, expected.values)
+
+
+TEXTS = [
+    "log10 of radiance", "radiance x 1000", "W m-2 nm-1 sr-1", "directions of propagation", "Azimut ab Norden", "\0\0",
+    "elevation above the horizon", "zenith angle \xb0", "cosine of it", "\x1b[2J",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_texts_are_quoted_and_change_nothing(text, tmp_path):
+    """In every place of a field; also through a file."""
+    expected = read(stating(FROM_EAST))
+    shown = text.replace("\0", "").replace("\x1b", "")
+    for place in ("radiance", "zenith", "azimuth", "file"):
+        for name in ("long_name", "scale", "fill_value"):
+            made = stating(FROM_EAST)
+            (made if place == "file" else made[place]).attrs[name] = text
+            table = read(made)
+            np.testing.assert_array_equal(table.values, expected.values)
+            assert table.grid == expected.grid
+            quoted = [one for one in table.remarks if one.startswith("the file says") and shown in one]
+            assert quoted or not shown, (place, name)
+            assert all(one.isprintable() for one in table.remarks)
+    made.to_netcdf(tmp_path / "field.nc", engine="scipy")
+    with open_netcdf(tmp_path / "field.nc") as (stored, _):
+        np.testing.assert_array_equal(read(stored).values, expected.values)
+
+
+@pytest.mark.parametrize("name", ["Scale_Factor", "Missing_Value", "Units", "Azimuth_Convention"])
+def test_a_statement_of_another_spelling_is_quoted(name):
+    """It states nothing, so it is a text."""
+    assert f'"{name}: 7"' in read(stating({**FROM_EAST, name: 7})).remarks[0]
+
+
+def test_a_plain_field_is_silent_and_others_name_what_was_not_used():
+    plain = {"long_name": "Viewing zenith angle."}
+    made = stating({**FROM_EAST, "long_name": "azimuth angle"}, {"Conventions": "CF-1.11"}, long_name="sky radiance")
+    made.zenith.attrs |= plain
+    first, *others = read(made).remarks
+    assert first == "brightest sky: zenith angle 52.5, azimuth 90 (north); Ed 0.006283 W m-2 nm-1"
+    assert others == ["the field has no wavelength, so its sky is the same at all wavelengths"]
+    beside = made.assign(cloud=made.radiance.astype("i1"), sza=("zenith", EVEN[:18])).assign_coords(station=7)
+    assert "not used: variables cloud, sza, station" in read(beside).remarks
+
+
+def test_the_name_of_a_standard_that_is_not_known_is_quoted():
+    name = "toa_outgoing_radiance_per_unit_wavelength"
+    assert name in " ".join(read(stating(FROM_EAST, standard_name=name)).remarks)
+
+
+def test_texts_of_c_and_of_latin_1(tmp_path):
+    """C writes the NUL at the end of its texts, and old programs a degree sign in one byte."""
+    h5py = pytest.importorskip("h5py")
+    expected = stating({"azimuth_convention": NORTH})
+    ends = stating({"units": "deg\0", "azimuth_convention": f"{NORTH}\0"}, units=f"{UNIT}\0")
+    ends.to_netcdf(tmp_path / "c.nc", engine="scipy")
+    expected.to_netcdf(tmp_path / "latin.nc", engine="h5netcdf")
+    with h5py.File(tmp_path / "latin.nc", "a") as file:
+        file["zenith"].attrs["note"] = np.bytes_(b"in \xb0")
+    for name, remark in (("c.nc", "brightest"), ("latin.nc", 'the file says "note: in ')):
+        with open_netcdf(tmp_path / name) as (stored, _):
+            table = read(stored)
+        np.testing.assert_array_equal(table.values, read(expected).values)
+        assert table.radiance_unit == 1e-3
+        assert table.remarks[0].startswith(remark)
 
 
 @pytest.mark.parametrize("digits", [np.array, np.float32, lambda a: a.round(4), lambda a: np.float32(a).astype(float)])
 def test_rounded_ends_of_closed_grids(digits):
     """float32 and four digits of a radian: no ring is lost at the horizon, no column is gained at 2 pi."""
     zenith, azimuth = np.linspace(0, np.pi / 2, 19), np.linspace(0, 2 * np.pi, 37)
-    table = read(closed(digits(zenith), digits(azimuth), "rad"))
+    values = 1 + np.sin(zenith)[:, None] * np.ones(azimuth.size)
+    radians = {"units": "rad"}
+    table = read(field_of(values, digits(zenith), digits(azimuth), zenith=radians, azimuth=radians))
     assert (table.grid.n_zenith, table.grid.n_azimuth) == (19, 36)
     assert table.grid.zenith_bounds_deg[-1, 1] == 90.0
     np.testing.assert_allclose(table.grid.azimuth_bounds_deg[[0, -1]], [[-5, 5], [345, 355]], atol=2e-3)
@@ -313,18 +470,3 @@ def test_directions_of_float32_radians_are_above_the_horizon():
     angles = np.array([0.0, 0.5, 1.0, np.pi / 2, np.pi / 2, np.pi / 2], np.float32)
     points = {"sky_zenith_rad": angles, "sky_azimuth_rad": np.arange(6.0), "radiance": np.ones(6)}
     assert len(sky.RadianceField.from_points(**points, wavelength_nm=550.0).values[0]) == 6
-
-
-@pytest.mark.parametrize("name", ["netcdf4", "classic"])
-def test_bounds_come_with_a_file(name, tmp_path):
-    made = through_a_file(quads(), tmp_path / "quads.nc", "scipy" if name == "classic" else "h5netcdf")
-    assert irradiance(read(made)) == pytest.approx(EXACT, rel=1e-12)
-
-
-@pytest.mark.parametrize("kind", ["relative_azimuth", "raa", "azimuth_from_sun"])
-def test_names_of_relative_azimuths(kind):
-    made = packed(np.tile(2.0 + np.cos(np.deg2rad(np.arange(0.0, 360.0, 10.0))), (18, 1)))
-    made.azimuth.attrs = {"units": "deg"}
-    table = read(made.rename(azimuth=kind), sun_azimuth_rad=np.deg2rad(40.0))
-    assert table.radiance(1.0, np.deg2rad(40.0), 550.0) == pytest.approx(3.0, rel=0.01)
-    assert f"azimuth '{kind}' counts counterclockwise from the sun; the sun is at 40" in table.remarks

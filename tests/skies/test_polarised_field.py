@@ -1,10 +1,13 @@
 """Fields of I, Q and U: a vector code's sky against published rows, its photons, and what a flat sea reflects."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
 import aomc_sky as sky
+from tests.support.fields import FROM_EAST
 from tests.support.shared import DATA
 from tests.support.stokes import DEFECTS
 
@@ -43,13 +46,16 @@ def at(zenith_deg, turn_rad):
     return i, q / i, -(modes[6:].T @ odd) / i  # U of sasktran2 is clockwise
 
 
-def dataset(names=("I", "Q", "U"), sense=1.0, step_deg=5.0):
-    """The sky as sasktran2 gives it, with azimuths of the map, counter-clockwise or (-1) clockwise from the sun."""
+NAMES = ("radiance", "radiance_q", "radiance_u")
+
+
+def dataset(names=NAMES, sense=1.0, step_deg=5.0):
+    """The sky with the signs of sasktran2 and azimuths of the map, counterclockwise or (-1) clockwise from the sun."""
     turn = np.arange(0.0, 360.0, step_deg)
     i, q, u = at(MODES["zenith_deg"], np.deg2rad(turn))
     coordinates = {
         "zenith": ("zenith", MODES["zenith_deg"], {"units": "deg"}),
-        "azimuth": ("azimuth", sense * turn + SUN_AZIMUTH_DEG, {"units": "deg", "long_name": "from east to north"}),
+        "azimuth": ("azimuth", sense * turn + SUN_AZIMUTH_DEG, {"units": "deg", **FROM_EAST}),
     }
     both = {name: (("zenith", "azimuth"), part) for name, part in zip(names, (i, q * i, -u * i), strict=True)}
     return xarray.Dataset(both, coordinates)
@@ -122,33 +128,53 @@ def test_a_clockwise_azimuth_turns_the_sign_of_u():
     np.testing.assert_allclose(one.values_u[0, patch], -other.values_u[0, mirrored], atol=1e-6)
 
 
-@pytest.mark.parametrize(
-    "names",
-    [("i", "q", "u"), ("stokes_i", "stokes_q", "stokes_u"), ("radiance", "radiance_q", "radiance_u"),
-     ("radiance", "Q", "U"), ("I_radiance", "Q_radiance", "U_radiance")],
-)  # fmt: skip
-def test_names_of_the_three(names):
-    assert model(dataset(names, step_deg=30.0)) == model(dataset(step_deg=30.0))
+SUN = {"sun_zenith_deg": np.rad2deg(np.arccos(0.2)), "sun_azimuth_deg": SUN_AZIMUTH_DEG}
 
 
-def test_other_names_and_the_dimension_of_sasktran2():
+def test_signs_that_are_not_those_of_the_sky_get_a_warning():
+    model(**SUN)
+    with pytest.warns(sky.InputWarning, match=r"^U: another sign .*\(--stokes-signs 1 -1\)"):
+        read(dataset(), **SUN)
+    both = dataset().assign(radiance_q=-dataset().radiance_q)
+    with pytest.warns(sky.InputWarning, match=r"^Q and U: another sign .*\(--stokes-signs -1 -1\)"):
+        read(both, **SUN)
+
+
+def test_signs_that_are_offered_are_those_of_the_file():
+    with pytest.warns(sky.InputWarning, match=r"^Q: another sign .*\(--stokes-signs 1 -1\)"):
+        read(dataset(), stokes_signs=(-1, -1), **SUN)
+
+
+def test_names_of_the_three_and_the_dimension_of_sasktran2():
+    """I, Q and U of other names want their arguments, and the question says so; texts say nothing."""
     expected, plain = model(dataset(step_deg=30.0)), dataset(step_deg=30.0)
-    odd = dataset(("L", "a", "b"), step_deg=30.0)
-    assert model(odd, variable="L", variable_q="a", variable_u="b") == expected
-    odd["a"].attrs["long_name"], odd["b"].attrs["long_name"] = "Stokes parameter Q", "Stokes parameter U"
-    odd["L"].attrs["long_name"] = "Stokes I"
-    assert model(odd) == expected
-    stacked = xarray.concat([plain[name] for name in "UIQ"], dim="stokes").assign_coords(stokes=["U", "I", "Q"])
+    odd = dataset(("I", "Q", "U"), step_deg=30.0)
+    with pytest.raises(sky.SceneError, match=r"none of 3 variables has the name radiance: 'I', 'Q', 'U'; .*--variable"):
+        model(odd)
+    assert model(odd, variable="I", variable_q="Q", variable_u="U") == expected
+    assert model(plain.rename(radiance="L")) == expected
+    stacked = xarray.concat([odd[name] for name in "UIQ"], dim="stokes").assign_coords(stokes=["U", "I", "Q"])
     assert model(stacked.rename("radiance")) == expected
     assert model(stacked.to_dataset(name="radiance")) == expected
+    with pytest.raises(sky.SceneError, match="dimension 'stokes' of 3"):
+        read(stacked.drop_vars("stokes").rename("radiance"))
+
+
+def test_texts_of_q_and_u_are_quoted():
+    made = dataset(step_deg=30.0)
+    made.radiance_u.attrs["comment"] = "positive clockwise, seen along the ray"
+    assert "positive clockwise" in " ".join(model(made).remarks)
 
 
 def test_a_field_of_radiances_is_the_sky_that_it_was():
     """By its name alone, I is scalar: the same values, slopes and hash as a field without Q and U."""
-    scalar = read(dataset()[["I"]], variable="I")
-    named = read(dataset(), variable="I")
-    assert scalar == named
+    scalar = read(dataset()[["radiance"]])
+    named = read(dataset(), variable="radiance")
+    assert "not used: variables radiance_q, radiance_u" in named.remarks
+    assert dataclasses.replace(named, remarks=scalar.remarks) == scalar
     assert named.values_q is None
+    with pytest.raises(sky.UsageError, match="stokes_signs are for a field of Q and U"):
+        model(variable="radiance")
     polarised = model()
     np.testing.assert_array_equal(polarised.values, scalar.values)
     np.testing.assert_array_equal(polarised.slope, scalar.slope)
@@ -159,36 +185,36 @@ def test_gaps_and_what_is_no_light_are_refused():
     lines = field.stack(point=("zenith", "azimuth")).reset_index("point")
     assert model(lines) == model(field)
     holed, ranged = field.copy(deep=True), field.copy(deep=True)
-    holed["Q"][3, 4] = np.nan
-    ranged["U"].attrs["valid_range"] = [-1e-3, 1e-3]
+    holed["radiance_q"][3, 4] = np.nan
+    ranged["radiance_u"].attrs["valid_range"] = [-1e-3, 1e-3]
     missing, twice = lines.isel(point=slice(0, -1)), lines.isel(point=[0, *range(lines.sizes["point"])])
     for one in (holed, ranged, missing, twice):
         with pytest.raises(sky.SceneError, match="without gaps"):
             model(one)
     with pytest.raises(sky.SceneError, match="more polarised light"):
-        model(field.assign(Q=5 * field["I"]))
-    absolute = field.assign(I=field["I"].assign_attrs(units="mW m-2 nm-1 sr-1"))
-    for attributes in ({"units": "1"}, {"units": "%"}, {"units": "W m-2 nm-1 sr-1"}, {"long_name": "Q/I"}):
+        model(field.assign(radiance_q=5 * field["radiance"]))
+    absolute = field.assign(radiance=field["radiance"].assign_attrs(units="mW m-2 nm-1 sr-1"))
+    for attributes in ({"units": "1"}, {"units": "%"}, {"units": "W m-2 nm-1 sr-1"}):
         with pytest.raises(sky.SceneError, match="give Q and U in the unit of I"):
-            model(absolute.assign(Q=field["Q"].assign_attrs(attributes)))
-    same = absolute.assign(Q=field["Q"].assign_attrs(units="mW/m2/nm/sr"))
+            model(absolute.assign(radiance_q=field["radiance_q"].assign_attrs(attributes)))
+    same = absolute.assign(radiance_q=field["radiance_q"].assign_attrs(units="mW/m2/nm/sr"))
     assert "of a degree up to 0.76" in model(same).remarks[-1]
     with pytest.raises(sky.UsageError, match="stokes_signs"):
         read(field, stokes_signs=(1, 2))
     with pytest.raises(sky.UsageError, match="belong together"):
-        model(field, variable_q="Q")
+        model(field, variable_q="radiance_q")
     with pytest.raises(sky.SceneError, match="no variable 'X'"):
-        model(field, variable="I", variable_q="X", variable_u="U")
+        model(field, variable="radiance", variable_q="X", variable_u="radiance_u")
     with pytest.raises(sky.SceneError, match="want the dimensions"):
-        model(field.assign(Q=field["Q"].isel(azimuth=0, drop=True)), variable="I", variable_q="Q", variable_u="U")
+        model(field.assign(radiance_q=field["radiance_q"].isel(azimuth=0, drop=True)))
 
 
 def test_fully_polarised_and_dark_patches():
     """Nothing is NaN where I is Q, or where no light comes from; the degree is at most 1."""
     field = dataset(step_deg=30.0)
-    light = field["I"] * (field["azimuth"] < 200.0).drop_attrs()
+    light = field["radiance"] * (field["azimuth"] < 200.0).drop_attrs()
     light.attrs.clear()
-    stokes = model(field.assign(I=light, Q=light, U=0.0 * light)).lower([550.0])[0].stokes
+    stokes = model(field.assign(radiance=light, radiance_q=light, radiance_u=0.0 * light)).lower([550.0])[0].stokes
     assert np.isfinite(stokes).all()
     assert np.hypot(*np.moveaxis(stokes, -1, 0)).max() <= 1 + 1e-15
     assert set(np.round(stokes[..., 0].ravel(), 9)) == {0.0, 1.0}

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from tests.support.fields import NM, angles_of, radiance, through_a_file
+from aomc_sky.errors import FieldError
+from tests.support.fields import FROM_EAST, NM, angles_of, radiance, through_a_file
 
 xarray = pytest.importorskip("xarray")
 read = sky.TabulatedSky.from_xarray
@@ -19,6 +20,15 @@ def check(table, tolerance):
         np.testing.assert_allclose(seen, radiance(zenith, azimuth, nm), rtol=tolerance)
         mirrored = radiance(zenith, -azimuth, nm)
         assert np.abs(seen / mirrored - 1).max() > 5 * tolerance
+
+
+def asks(field, **how):
+    """The keywords that a field is asked for."""
+    with pytest.raises(FieldError) as error:
+        read(field, **how)
+    for one in error.value.all:
+        assert one.argument in f"{one.advice} {one.message}".replace("--isel", "isel")
+    return [one.argument for one in error.value.all]
 
 
 def eradiate():
@@ -44,11 +54,12 @@ def eradiate():
 
 
 def test_eradiate(tmp_path):
-    for field in (eradiate()["radiance"], through_a_file(eradiate(), tmp_path / "eradiate.nc")):
-        check(read(field, azimuth_convention="enu_from_east"), 0.02)
-    bare = read(eradiate()["radiance"])  # its azimuths count from +x, as ours
-    check(bare, 0.02)
-    assert any("does not say from where azimuths count" in remark for remark in bare.remarks)
+    """Its angles are named; azimuths count from +x, as ours."""
+    for field in (eradiate()["radiance"], eradiate(), through_a_file(eradiate(), tmp_path / "eradiate.nc")):
+        assert asks(field) == ["zenith"]
+        named = {"zenith": "vza", "azimuth": "vaa"}
+        assert asks(field, **named) == ["azimuth_convention", "isel"]
+        check(read(field, **named, **FROM_EAST, wavelength="w"), 0.02)
 
 
 def hypernets():
@@ -78,39 +89,44 @@ def hypernets():
 
 
 def test_pointings_of_a_radiometer(tmp_path):
-    """Irregular angles, clockwise from north; unfinished pointings are gaps and are said."""
-    made = hypernets()
-    field = through_a_file(made, tmp_path / "series.nc", variable="downwelling_radiance")
-    python_field = made.set_coords(["viewing_zenith_angle", "viewing_azimuth_angle"])["downwelling_radiance"]
-    for one in (field, python_field):
+    """Irregular angles, clockwise from north by CF; unfinished pointings are gaps and are said."""
+    made, named = hypernets(), {"zenith": "viewing_zenith_angle", "azimuth": "viewing_azimuth_angle"}
+    for one in (made, through_a_file(made, tmp_path / "series.nc")):
+        assert asks(one) == ["variable"]
+        assert asks(one, variable="downwelling_radiance") == ["zenith"]
         with pytest.warns(sky.InputWarning, match=r"5\.\d % of the light comes from beyond the measured directions"):
-            table = read(one, grid=sky.PatchGrid.regular(36, 72))
+            table = read(one, variable="downwelling_radiance", **named, grid=sky.PatchGrid.regular(36, 72))
         check(table, 0.03)
         assert any("30 of 1500 directions have no value" in remark for remark in table.remarks)
-        assert any("% of the light comes from beyond" in remark for remark in table.remarks)
-    with pytest.raises(sky.SceneError, match="2 variables of numbers: 'downwelling_radiance', 'upwelling_radiance'"):
-        through_a_file(hypernets(), tmp_path / "series.nc")
+        assert "not used: variables solar_zenith_angle, upwelling_radiance" in table.remarks
+        assert 'the file says "preferred_symbol: vza"; "reference: True North"' in table.remarks[0]
 
 
-def test_libradtran_and_disort(tmp_path):
-    """umu is negative for light from the sky, and upward directions are left out; phi counts as uvspec's."""
-    umu, phi = -np.cos(np.deg2rad(np.arange(1.0, 90.0, 2.0))), np.arange(0.0, 360.0, 4.0)
-    ours = np.mod(-90 - phi, 360)  # phi 0 is the sky in the south, 90 in the west
-    zenith = np.rad2deg(np.arccos(-umu))
-    values = radiance(zenith[:, None], ours, NM[:, None, None])
+@pytest.mark.parametrize("name", ["vaa", "phi"])
+def test_points_whose_azimuth_has_another_name_are_no_sky_without_azimuths(name):
+    """1500 directions became 1500 rings."""
+    made = hypernets().isel(series=slice(30, None)).rename(viewing_zenith_angle="zenith", viewing_azimuth_angle=name)
+    with pytest.raises(FieldError, match=f"'{name}'.*azimuth={name}"):
+        read(made, variable="downwelling_radiance")
+
+
+def test_libradtran(tmp_path):
+    """uvspec's directions as zenith angles; upward ones are left out, and phi counts clockwise from the south."""
+    zenith, phi = np.arange(1.0, 90.0, 2.0), np.arange(0.0, 360.0, 4.0)
+    values = radiance(zenith[:, None], np.mod(-90 - phi, 360), NM[:, None, None])
     both = np.concatenate([values, -1e-17 * values[:, ::-1]], axis=1)  # upward radiance over a black ground, rounded
-    made = xarray.DataArray(
-        both,
-        dims=("lambda", "umu", "phi"),
-        coords={
-            "lambda": ("lambda", NM, {"units": "nm"}),
-            "umu": np.concatenate([umu, -umu[::-1]]),
-            "phi": ("phi", phi, {"units": "degrees"}),
-        },
-        name="uu",
-    )
+    coords = {
+        "lambda": ("lambda", NM, {"units": "nm"}),
+        "sky_angle": ("sky_angle", np.append(zenith, 180 - zenith[::-1]), {"units": "degrees"}),
+        "phi": ("phi", phi, {"units": "degrees"}),
+    }
+    made = xarray.DataArray(both, dims=("lambda", "sky_angle", "phi"), coords=coords, name="uu")
     for field in (made, through_a_file(made, tmp_path / "uu.nc")):
-        table = read(field, azimuth_convention="west_of_south")
+        assert asks(field) == ["zenith"]
+        assert asks(field, zenith="sky_angle") == ["isel", "isel"]
+        named = {"zenith": "sky_angle", "azimuth": "phi", "wavelength": "lambda"}
+        assert asks(field, **named) == ["azimuth_convention"]
+        table = read(field, **named, azimuth_convention="west_of_south")
         check(table, 0.02)
         assert "45 zenith angles below the horizon were left out" in table.remarks
 
@@ -121,10 +137,11 @@ def test_sasktran2(tmp_path):
     values = np.stack([radiance(zenith, azimuth, NM[:, None])] + [np.full((2, zenith.size), -1e-3)] * 2, axis=-1)
     made = xarray.DataArray(values, dims=("wavelength", "los", "stokes"), name="radiance")
     made = made.assign_coords(wavelength=NM, stokes=["I", "Q", "U"], **angles_of("los", zenith, azimuth))
-    check(read(made.isel(stokes=0)), 0.02)
-    check(read(through_a_file(made, tmp_path / "sk.nc", isel={"stokes": 0})), 0.02)
-    table = read(made)  # all pairs of zenith angles and azimuths
-    check(table, 0.02)
-    np.testing.assert_allclose(table.values_q, -1e-3, rtol=0.03)
-    with pytest.raises(sky.SceneError, match=r"without gaps; .* field.isel\(stokes=0\)"):
-        read(made.isel(los=slice(0, -1)))
+    for field in (made, through_a_file(made, tmp_path / "sk.nc")):
+        assert asks(field) == ["wavelength_unit"]
+        check(read(field.isel(stokes=0), wavelength_unit="nm"), 0.02)
+        table = read(field, wavelength_unit="nm")  # all pairs of zenith angles and azimuths
+        check(table, 0.02)
+        np.testing.assert_allclose(table.values_q, -1e-3, rtol=0.03)
+        with pytest.raises(sky.SceneError, match=r"without gaps; .*--isel stokes=0"):
+            read(field.isel(los=slice(0, -1)), wavelength_unit="nm")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from tests.support.fields import NM, angles_of, field_of, radiance
+from tests.support.fields import FROM_EAST, NM, angles_of, field_of, radiance, through_a_file
 
 xarray = pytest.importorskip("xarray")
 read = sky.TabulatedSky.from_xarray
@@ -21,12 +21,12 @@ def field(*, radians=False, descending=False, north=False, order=("wavelength", 
     values = radiance(ZENITH_DEG[:, None], AZIMUTH_DEG, NM[:, None, None])
     to_unit = np.deg2rad if radians else np.asarray
     units = {"units": "radian" if radians else "degree"} if attributes else {}
-    convention = {"azimuth_convention": "north_clockwise" if north else "enu_from_east"} if attributes else {}
+    convention = ({"azimuth_convention": "north_clockwise"} if north else FROM_EAST) if attributes else {}
     made = xarray.DataArray(
         values,
         dims=("wavelength", "zenith", "azimuth"),
         coords={
-            "wavelength": ("wavelength", NM, {"units": "nm"}),
+            "wavelength": ("wavelength", NM, {"units": "nm"} if attributes else {}),
             "zenith": ("zenith", to_unit(zenith), units),
             "azimuth": ("azimuth", to_unit(azimuth), units | convention),
         },
@@ -43,7 +43,7 @@ def test_a_regular_field_becomes_patches_around_its_points():
     np.testing.assert_allclose(table.grid.zenith_bounds_deg, np.column_stack([edges[:-1], edges[1:]]))
     np.testing.assert_allclose(table.grid.azimuth_bounds_deg[[0, -1]], [[-15, 15], [315, 345]])
     assert table.weighting is sky.Weighting.PROJECTED
-    assert table.remarks == ()
+    assert table.remarks == ("brightest sky: zenith angle 84, azimuth 90 (north); Ed 4.983 (relative) at 440 nm",)
     for zenith, azimuth in ((15, 60), (86, 330)):
         seen = table.radiance(np.deg2rad(zenith), np.deg2rad(azimuth), NM)
         np.testing.assert_allclose(seen, radiance(zenith, azimuth, NM), rtol=0.02)
@@ -56,8 +56,7 @@ def samples(step_deg, **attributes):
     """A Perez sky in directions `step_deg` apart, the first half a step from the zenith."""
     zenith, azimuth = np.arange(step_deg / 2, 90.0, step_deg), np.arange(0.0, 360.0, step_deg)
     values = PEREZ.radiance(np.deg2rad(zenith)[:, None], np.deg2rad(azimuth), 550.0)
-    from_east = {"azimuth_convention": "enu_from_east"}
-    return field_of(values, zenith, azimuth, zenith=attributes, azimuth=from_east | attributes)
+    return field_of(values, zenith, azimuth, zenith=attributes, azimuth=attributes)
 
 
 def means(directions, flux):
@@ -120,29 +119,25 @@ def test_conventions_and_orders_of_one_field_are_one_sky(order, tmp_path):
     for radians, descending, north in itertools.product((False, True), repeat=3):
         made = field(radians=radians, descending=descending, north=north, order=order)
         if order[0] == "azimuth":
-            made.to_netcdf(tmp_path / "field.nc")
-            made = xarray.load_dataarray(tmp_path / "field.nc")
+            made = through_a_file(made.rename("radiance"), tmp_path / "field.nc")
         (component,) = read(made).lower(NM)
         np.testing.assert_array_equal(component.mass, expected.mass)
         np.testing.assert_array_equal(component.cell, expected.cell)
 
 
 def test_what_is_given_and_what_is_taken_for_granted():
+    """An argument wins over what the field states, and stands for what it does not state."""
     given = read(field(north=True), azimuth_convention=sky.AzimuthConvention.ENU_FROM_EAST)
     assert abs(given.radiance(0.5, np.deg2rad(90), 440) - radiance(30, 0, 440)) < 0.02
-    table = read(field(radians=True, attributes=False), angle_unit="rad", azimuth_convention="enu_from_east")
-    np.testing.assert_array_equal(table.lower(NM)[0].mass, read(field()).lower(NM)[0].mass)
-    made = field(attributes=False)
-    (remark,) = read(made).remarks
-    assert "does not say from where azimuths count" in remark
-    even = read(made.isel(azimuth=0, drop=True))
+    how = {"angle_unit": "rad", "wavelength_unit": "nm", **FROM_EAST}
+    np.testing.assert_array_equal(read(field(radians=True, attributes=False), **how).values, read(field()).values)
+    even = read(field().isel(azimuth=0, wavelength=0, drop=True).assign_attrs(units=""))
     assert even.grid.n_azimuth == 1
-    assert "same all around" in even.remarks[0]
-    assert "no wavelength" in " ".join(read(made.isel(wavelength=0, drop=True)).remarks)
-    del made.attrs["units"]
-    assert "no unit of radiance" in read(made).remarks[0]
+    said = " ".join(even.remarks)
+    assert all(one in said for one in ("same all around", "no wavelength", "no unit of radiance is stated"))
     made = field().assign_coords(solar_zenith_angle=40.0, sza=("wavelength", [40.0, 40.0]), saa=10.0)
     np.testing.assert_array_equal(read(made).values, read(field()).values)
+    assert "not used: variables solar_zenith_angle, sza, saa" in read(made).remarks
 
 
 def test_both_ends_of_the_turn_and_directions_below_the_horizon():
@@ -157,9 +152,9 @@ def test_both_ends_of_the_turn_and_directions_below_the_horizon():
         read(far)
     below = xarray.concat([made, made.isel(zenith=[0]).assign_coords(zenith=[120.0])], "zenith", join="outer")
     below.zenith.attrs.update(made.zenith.attrs)
-    assert "1 zenith angles below the horizon" in read(below).remarks[0]
-    assert "no radiance from 48 to 90 degrees" in read(made.isel(zenith=slice(0, 4))).remarks[0]
-    assert "no azimuths between 270 and 0 degrees" in read(made.isel(azimuth=slice(0, 10))).remarks[0]
+    assert "1 zenith angles below the horizon" in read(below).remarks[1]
+    assert "no radiance from 48 to 90 degrees" in read(made.isel(zenith=slice(0, 4))).remarks[1]
+    assert "no azimuths between 270 and 0 degrees" in read(made.isel(azimuth=slice(0, 10))).remarks[1]
     with pytest.raises(sky.SceneError, match="no azimuths between 180 and 0 degrees"):
         read(made.isel(azimuth=slice(0, 7)))
     assert "one azimuth" in " ".join(read(made.isel(azimuth=[0])).remarks)
@@ -192,24 +187,38 @@ def test_scattered_directions_are_interpolated_on_the_sphere():
     assert table.values[0] @ table.grid.projected_solid_angle_sr == pytest.approx(exact[0], rel=3e-3)
 
 
+NOT_SAID = {"angle_unit": "deg", "wavelength_unit": "nm", **FROM_EAST}
+DEGREES = {"units": "degree"}
+SHARED = {
+    "zenith": (("a", "b"), np.full((3, 4), 30.0), DEGREES),
+    "azimuth": ("b", np.arange(4) * 90.0, DEGREES | FROM_EAST),
+}
+
+
 @pytest.mark.parametrize(
     ("change", "options", "message"),
     [
-        (lambda f: f.rename(zenith="height"), {}, "no coordinate of zenith angles among .*'height'.*zenith='NAME'"),
+        (lambda f: f.rename(zenith="height"), {}, "no coordinate zenith among .*'height'"),
+        (lambda f: f.isel(zenith=4), {}, "coordinate 'zenith' has no dimension; give it one"),
+        (lambda f: f.assign_coords(zenith=180 - ZENITH_DEG), NOT_SAID, "no angles below 90 degrees; are they those that"),
         (lambda f: f, {"zenith": "vza"}, "no coordinate 'vza'"),
-        (lambda f: f.assign_coords(vza=("zenith", ZENITH_DEG)), {}, "2 coordinates that may be its zenith: .*'vza'"),
+        (lambda f: f.assign_coords(zenith_rad=("zenith", ZENITH_DEG)), {}, "2 coordinates that may be its zenith"),
+        (lambda f: f.assign_coords(elevation=("zenith", ZENITH_DEG)), {}, "2 coordinates that may be its zenith"),
         (lambda f: f.assign_coords(zenith=np.deg2rad(ZENITH_DEG)), {}, "write --angle-unit deg or rad"),
         (lambda f: f.expand_dims(stokes=3), {}, r"'stokes' of 3 .* field.isel\(stokes=0\)"),
         (lambda f: -f, {}, "negative or infinite"),
         (lambda f: 0 * f, {}, "no positive value"),
         (lambda f: f.astype(complex), {}, "complex128"),
         (lambda f: f.isel(zenith=[0, 1, 1]), {}, "zenith angle twice"),
-        (lambda f: f.assign_coords(azimuth=np.where(AZIMUTH_DEG > 0, AZIMUTH_DEG, np.nan)), {}, "not finite"),
+        (lambda f: f.assign_coords(azimuth=np.append(np.nan, AZIMUTH_DEG[1:])), NOT_SAID, "not finite"),
+        (lambda f: f.assign_coords(azimuth=[f"N{k}" for k in range(12)]), NOT_SAID, "a dimension 'azimuth' of 12"),
+        (lambda f: f.assign_coords(wavelength=[440.0, np.nan]), NOT_SAID, "not finite"),
         (lambda f: xarray.Dataset({"L": f}), {"variable": "M"}, "no variable 'M' of numbers"),
         (lambda f: f.isel(zenith=slice(0)), {}, "'zenith' has length 0"),
         (lambda f: f.isel(wavelength=[1, 0, 1]) * [[[1]], [[1]], [[2]]], {}, "550 nm stands .* twice"),
-        (lambda f: xarray.Dataset({"L": f, "M": f}), {}, "2 variables of numbers: 'L', 'M'"),
+        (lambda f: xarray.Dataset({"L": f, "M": f}), {}, "none of 2 variables has the name radiance: 'L', 'M'; .*--variab"),
         (lambda f: f.values, {}, "got ndarray"),
+        (lambda f: f > 1, {}, "holds bool instead of real numbers"),
         (lambda f: xarray.DataArray(np.ones((3, 4)), SHARED, ("a", "b")), {}, "share a part of their dimensions"),
     ],
 )
@@ -228,7 +237,6 @@ def test_wavelengths_beyond_those_of_a_table_are_warned_of():
     sky.Scene(wavebands=[440.0, 660.0], n_photons=10, components=read(one.drop_vars("wavelength")))
 
 
-SHARED = {"zenith": (("a", "b"), np.full((3, 4), 30.0)), "azimuth": ("b", np.arange(4) * 90.0)}
 GAPS = np.ma.masked_greater(np.where(np.eye(1, 6) > 0, 1e20, 1.0), 1e10)
 
 
@@ -282,7 +290,8 @@ def test_points_of_their_own_wavelengths_are_the_sky_of_the_same_table(tmp_path)
     np.testing.assert_array_equal(table.wavelength_nm, NM)
     path = tmp_path / "sky.csv"
     rows = zip(made.zenith.values, made.azimuth.values, made.wavelength.values, made.values, strict=True)
-    head = "# azimuth: from east\nzenith_deg,azimuth_deg,wavelength,radiance (100 mW m-2 nm-1 sr-1)\n"
+    head = ["# azimuth: counterclockwise from east", "# radiance unit: 100 mW m-2 nm-1 sr-1"]
+    head = "\n".join([*head, "zenith_deg,azimuth_deg,wavelength_nm,radiance", ""])
     path.write_text(head + "\n".join(",".join(map(repr, map(float, row))) for row in rows))
     csv = sky.read_radiance_csv(path)
     ours, theirs = (sky.Scene(wavebands=NM, n_photons=10, components=one).irradiance for one in (table, csv))
@@ -292,7 +301,8 @@ def test_points_of_their_own_wavelengths_are_the_sky_of_the_same_table(tmp_path)
         want = csv.radiance(zenith, azimuth, nm)
         np.testing.assert_allclose(table.radiance(zenith, azimuth, nm) * table.radiance_unit, want, rtol=3e-3)
     two = [field.assign_coords(wavelength=nm) for nm, field in made.groupby("wavelength")]
-    each = xarray.concat([one.drop_vars("wavelength") for one in two], "band").assign_coords(wavelength=("band", NM))
+    each = xarray.concat([one.drop_vars("wavelength") for one in two], "band")
+    each = each.assign_coords(wavelength=("band", NM, {"units": "nm"}))
     np.testing.assert_array_equal(read(each).values, table.values)
     made = points()
     with pytest.raises(sky.SceneError, match="1 direction at 400 nm; a measured sky needs 3 or more"):
@@ -332,8 +342,79 @@ def test_scans_beyond_the_zenith_and_the_sun():
     with pytest.warns(sky.InputWarning, match=r"extrapolated and may be off by [\d.]+ %$"):
         remarks = read(cap, **sun).remarks
     assert any("on a trend around the sun" in remark for remark in remarks)
-    with pytest.raises(sky.UsageError, match="the sun: not used with a field that has a value in every direction"):
-        read(field(), **sun)
+
+
+SUN = {"sun_zenith_deg": 25.0, "sun_azimuth_deg": 100.0}
+NORTH_SUN = {"sun_zenith_deg": 25.0, "sun_azimuth_deg": -10.0}
+EAST, NORTH, FROM_SUN = "counterclockwise from east", "clockwise from north", "counterclockwise from the sun"
+
+
+def sky_of_the_sun(numbers=EAST, words=None, zenith=np.arange(5.0, 90.0, 10.0)):
+    """A Perez sky in azimuths that count as `numbers` says, and that are said to be `words`."""
+    model = sky.PerezSky(epsilon=3.0, delta=0.2, **SUN)
+    azimuth = np.arange(0.0, 360.0, 10.0)
+    values = model.radiance(np.deg2rad(zenith)[:, None], np.deg2rad(azimuth), 550.0)
+    azimuth = {EAST: azimuth, NORTH: (90 - azimuth) % 360, FROM_SUN: (azimuth - 100) % 360}[numbers]
+    return field_of(values, zenith, azimuth, azimuth={"azimuth_convention": words or numbers}).to_dataset()
+
+
+@pytest.mark.parametrize("words", [NORTH, "counterclockwise from south", "clockwise from the antisun"])
+def test_light_that_is_not_where_the_sun_is_gets_a_warning(words):
+    """By an argument or by the file; the sky stays the one that is stated."""
+    plain, wrong = read(sky_of_the_sun()), sky_of_the_sun(words=words)
+    assert read(sky_of_the_sun(), **SUN) == read(sky_of_the_sun().assign_attrs(SUN)) == plain
+    for made, given in ((wrong, {}), (sky_of_the_sun(), {"azimuth_convention": words})):
+        with pytest.warns(sky.InputWarning, match=f"with azimuths .*{EAST}.* it would be at the sun"):
+            assert read(made, **SUN, **given).values.max() == pytest.approx(plain.values.max(), rel=1e-9)
+    low = sky_of_the_sun().assign_coords(zenith=("zenith", 90 - sky_of_the_sun().zenith.values, DEGREES))
+    with pytest.warns(sky.InputWarning, match="are the zenith angles elevations"):
+        read(low, **SUN)
+    assert read(low, **SUN, elevation="zenith") == plain
+
+
+@pytest.mark.parametrize("place", ["attributes of the file", "attributes", "coordinates"])
+def test_the_sun_of_a_file(place):
+    """Its azimuth counts as the others, or as its own words say; an argument wins, and two suns are an error."""
+
+    def placed(made, sun):
+        attributes = {"radiance": made.radiance.assign_attrs(sun)}
+        return {"attributes": made.assign(attributes), "coordinates": made.assign_coords(sun)}.get(
+            place, made.assign_attrs(sun)
+        )
+
+    made = sky_of_the_sun(NORTH).stack(point=("zenith", "azimuth")).reset_index("point")
+    found = read(placed(made, NORTH_SUN))
+    assert found == read(made, **SUN) != read(placed(made, NORTH_SUN), sun_zenith_deg=26.0)
+    turned = sky_of_the_sun(FROM_SUN)
+    with pytest.raises(sky.SceneError, match="nothing says from where sun_azimuth_deg of the file counts"):
+        read(placed(turned, NORTH_SUN))
+    own = turned.assign_coords(sun_azimuth_deg=((), -10.0, {"azimuth_convention": NORTH}))
+    assert read(own) == read(turned, sun_azimuth_deg=100.0)
+    for value, why in ((200.0, "is 200"), ("low", "is not one number")):
+        with pytest.raises(sky.SceneError, match=f"sun_zenith_deg of the file {why}"):
+            read(placed(made, {**NORTH_SUN, "sun_zenith_deg": value}))
+
+
+def test_a_sun_of_a_file_that_is_no_number_is_an_error():
+    with pytest.raises(sky.SceneError, match="sun_azimuth_deg of the file is nan"):
+        read(sky_of_the_sun().assign_attrs({**SUN, "sun_azimuth_deg": np.nan}))
+
+
+@pytest.mark.parametrize("second", ["attributes of the file", "coordinates"])
+def test_two_suns_of_one_file_are_an_error(second):
+    made, other = sky_of_the_sun(), {**SUN, "sun_azimuth_deg": 280.0}
+    made.radiance.attrs |= SUN
+    with pytest.raises(sky.SceneError, match="sun_azimuth_deg"):
+        read(made.assign_coords(other) if second == "coordinates" else made.assign_attrs(other))
+
+
+def test_the_zenith_of_points_needs_no_azimuth():
+    rings, around = np.meshgrid([15.0, 30, 45, 60, 75, 88], np.arange(0.0, 360, 30))
+    zenith, azimuth = np.append(0.0, rings), np.append(np.nan, around)
+    made = xarray.DataArray(130 - zenith / 3, dims="point", coords=angles_of("point", zenith, azimuth))
+    table = read(made)
+    assert not [one for one in table.remarks if "left out" in one]
+    assert float(table.radiance(0.0, 0.0, 550.0)) == pytest.approx(130, rel=1e-3)
 
 
 def test_wavebands_far_from_the_wavelengths_of_a_field_are_said():
@@ -382,12 +463,3 @@ def test_fields_of_any_magnitude(scale):
     assert np.all(np.isfinite(table.values))
     assert table.values.max() == pytest.approx(scale, rel=0.01, abs=0.0)
     assert np.all(np.abs(table.slope) <= 1)
-
-
-def test_the_field_of_our_own_export_is_read():
-    """Its coordinate wavelength is meant, and not sky_wavelength."""
-    scene = sky.Scene(wavebands=NM, n_photons=10, components=dataclasses.replace(PEREZ, irradiance_W_m2_nm=[0.4, 0.2]))
-    table = read(sky.to_xarray(scene.source()).radiance)
-    np.testing.assert_array_equal(table.wavelength_nm, NM)
-    again = sky.Scene(wavebands=NM, n_photons=10, components=table)
-    np.testing.assert_allclose(again.irradiance.of_component[:, 0], [0.4, 0.2], rtol=1e-9)

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from aomc_sky.formats.netcdf import read_field
+from aomc_sky.formats.netcdf import open_netcdf
 
 NM = np.array([440.0, 550.0])
+FROM_EAST = {"azimuth_convention": "counterclockwise from east"}
 
 
 def field_of(values, zenith_deg, azimuth_deg, wavelength_nm=None, *, name="radiance", zenith=None, azimuth=None):
@@ -15,16 +16,18 @@ def field_of(values, zenith_deg, azimuth_deg, wavelength_nm=None, *, name="radia
     axes = {
         "wavelength": ("wavelength", wavelength_nm, {"units": "nm"}),
         "zenith": ("zenith", zenith_deg, {"units": "degree", **(zenith or {})}),
-        "azimuth": ("azimuth", azimuth_deg, {"units": "degree", **(azimuth or {})}),
+        "azimuth": ("azimuth", azimuth_deg, {"units": "degree", **FROM_EAST, **(azimuth or {})}),
     }
     axes = {axis: given for axis, given in axes.items() if given[1] is not None}
     return xarray.DataArray(np.asarray(values), dims=tuple(axes), coords=axes, name=name)
 
 
-def through_a_file(made, path, engine="h5netcdf", encoding=None, **how):
+def through_a_file(made, path, engine="h5netcdf", encoding=None):
+    """The dataset that a file of a field holds."""
     pytest.importorskip("h5netcdf")
     made.to_netcdf(path, engine=engine, encoding=encoding)
-    return read_field(path, **how)
+    with open_netcdf(path, decode_times=False) as (stored, _):
+        return stored.load()
 
 
 def radiance(zenith_deg, azimuth_deg, wavelength_nm):
@@ -36,5 +39,5 @@ def radiance(zenith_deg, azimuth_deg, wavelength_nm):
 def angles_of(dimension, zenith, azimuth):
     return {
         "zenith": (dimension, zenith, {"units": "deg"}),
-        "azimuth": (dimension, azimuth, {"units": "deg", "azimuth_convention": "enu_from_east"}),
+        "azimuth": (dimension, azimuth, {"units": "deg", **FROM_EAST}),
     }

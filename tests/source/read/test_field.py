@@ -7,7 +7,7 @@ import pytest
 
 import aomc_sky as sky
 from tests.support.fault_rows import command
-from tests.support.fields import field_of
+from tests.support.fields import angles_of, field_of
 from tests.support.shared import INPUTS
 
 xarray = pytest.importorskip("xarray")
@@ -18,7 +18,7 @@ VALUES = np.random.default_rng(3).lognormal(size=(4, 10, 18))
 
 
 def field(values=VALUES, wavelength_nm=NM):
-    return field_of(values, ZENITH, AZIMUTH, wavelength_nm, azimuth={"azimuth_convention": "enu_from_east"})
+    return field_of(values, ZENITH, AZIMUTH, wavelength_nm)
 
 
 def scene_folder(folder, toml='[sky]\ntable = "field.nc"\n', made=None, scene="perez_sky"):
@@ -70,19 +70,37 @@ def scattered():
     mu = sky.directions.travel_from_sky(np.deg2rad(zenith), np.deg2rad(azimuth)) @ sky.directions.travel_from_sky(
         np.deg2rad(35.0), 0.0
     )
-    coordinates = {"zenith": ("point", zenith, {"units": "degree"}), "azimuth": ("point", azimuth, {"units": "degree"})}
-    radiance = np.outer([0.1, 0.12, 0.2], 0.1 + np.exp(-3 * np.arccos(mu)))
+    radiance = np.outer([0.02, 0.03, 0.04], 0.1 + np.exp(-3 * np.arccos(mu)))
     radiance[:, 0] *= 1.05
-    axes = {"dims": ("wavelength", "point"), "coords": {"wavelength": ("wavelength", [440.0, 550, 670]), **coordinates}}
-    return xarray.DataArray(radiance, **axes, name="radiance").assign_attrs(units="W m-2 nm-1 sr-1")
+    coords = angles_of("point", zenith, azimuth) | {"wavelength": ("wavelength", [440.0, 550, 670], {"units": "nm"})}
+    made = xarray.DataArray(radiance, dims=("wavelength", "point"), coords=coords, name="radiance")
+    return made.assign_attrs(units="W m-2 nm-1 sr-1")
 
 
-@pytest.mark.parametrize("made", [field(VALUES[:3], [440.0, 550, 670]), scattered()], ids=["grid", "points"])
-def test_one_field_is_one_plan_alone_in_sky_toml_and_in_python(made, tmp_path):
-    """The sun of amc.inp, of options and of an argument guides the interpolation of points alike."""
+AMOUNTS = {"dni": 500.0, "dhi": 100.0, "spectrum": "flat"}
+NORTH = {"sun_zenith_deg": 36.0, "sun_azimuth_deg": 89.0, "azimuth_convention": "clockwise from north"}
+
+
+def to_north(made):
+    """The same with azimuths clockwise from north, and the sun that the file states."""
+    made = made.assign_coords(azimuth=(made.azimuth.dims, np.mod(90 - made.azimuth.values, 360), {"units": "degree"}))
+    return made.assign_attrs(NORTH)
+
+
+FIELDS = {
+    "grid": (field(VALUES[:3], [440.0, 550, 670]), False),
+    "points, sun of the caller": (scattered(), True),
+    "points, sun of the file": (to_north(scattered()), False),
+}
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_one_field_is_one_plan_alone_in_sky_toml_and_in_python(name, tmp_path):
+    """The sun of amc.inp, of options, of an argument or of the file guides the interpolation of points alike."""
+    made, has_sun = FIELDS[name]
     path = scene_folder(tmp_path, made=made, scene="clear_day")
-    sun = {"sun_zenith_deg": 35.0, "sun_azimuth_deg": 0.0} if made.ndim == 2 else {}
-    words = ["--sun-zenith", 35, "--sun-azimuth", 0] if sun else []
+    sun = {"sun_zenith_deg": 35.0, "sun_azimuth_deg": 0.0} if has_sun else {}
+    words = ["--sun-zenith", 35, "--sun-azimuth", 0] if has_sun else []
     out = ["--iterations", 1000, "--format", "none", "--out", tmp_path / "out", "--quiet"]
     assert command("run", tmp_path / "field.nc", *words, *out) == 0
     alone = sky.Plan.load(tmp_path / "out" / "plan.npz")
@@ -90,7 +108,18 @@ def test_one_field_is_one_plan_alone_in_sky_toml_and_in_python(made, tmp_path):
     in_python = sky.Scene(wavebands=[440, 550, 670], n_photons=1000, components=table)
     assert alone == sky.read_scene(path, iterations=1000).source().plan == in_python.source().plan
     assert [band.sky_wavelength_nm for band in alone.bands] == [440, 550, 670]
-    assert any("1 of 299 directions come more than once" in note for note in table.remarks) == bool(sun)
+    assert any("1 of 299 directions come more than once" in note for note in table.remarks) == (made.ndim == 2)
+
+
+@pytest.mark.parametrize("angle", [{"azimuth_deg": 8.0}, {"zenith_deg": 39.0}, {"zenith_deg": 39.0, "azimuth_deg": 8.0}])
+def test_angles_of_the_sun_that_are_asked_for_win_over_the_file_and_amc_inp(angle, tmp_path):
+    """The other angle is that of the file; the field is interpolated around this sun, which is that of the beam."""
+    path = scene_folder(tmp_path, made=to_north(scattered()), scene="clear_day")
+    sun = {"zenith_deg": 36.0, "azimuth_deg": 1.0} | angle
+    scene = sky.read_scene(path, sun=angle, iterations=1000, perez=AMOUNTS)
+    assert (scene.options["sun"]["zenith_deg"], scene.options["sun"]["azimuth_deg"]) == tuple(sun.values())
+    table = sky.TabulatedSky.from_xarray(scattered(), **{f"sun_{name}": value for name, value in sun.items()})
+    np.testing.assert_array_equal(scene.components[-1].mass, table.lower([440.0, 550.0, 670.0])[0].mass)
 
 
 def test_with_flag_1_it_replaces_the_sky_file_and_an_option_wins_over_it(tmp_path):
@@ -113,29 +142,42 @@ def test_absolute_units_and_backgrounds_stand_beside_it(tmp_path):
 GIVEN = """[sky]
 table = "field.nc"
 variable = "sky"
-isel = { stokes = 0 }
-zenith = "a"
+isel = { member = 0 }
+elevation = "a"
 azimuth = "b"
 wavelength = "c"
 angle_unit = "rad"
 azimuth_convention = "north_clockwise"
+wavelength_unit = "um"
+radiance_unit = "relative"
 """
 
 
-def test_what_the_file_does_not_say_stands_beside_it(tmp_path):
+@pytest.mark.parametrize("is_stated", [False, True])
+def test_what_is_said_beside_the_file_stands_for_it_and_wins_over_it(is_stated, tmp_path):
+    """All that a file does not state; and other words of the file, that are wrong."""
     expected = sky.read_scene(scene_folder(tmp_path))
-    north = np.mod(90 - AZIMUTH, 360)
-    made = field().expand_dims(stokes=2).copy()
+    made = field().drop_attrs().expand_dims(member=2).copy()
     made[1] = 77.0
-    made = made.assign_coords(zenith=np.deg2rad(ZENITH), azimuth=np.deg2rad(north))
-    made = made.rename(zenith="a", azimuth="b", wavelength="c")
-    data = xarray.Dataset({"sky": made.drop_attrs(), "error": made * 0 + 1.0})
+    made = made.assign_coords(
+        zenith=np.deg2rad(90 - ZENITH), azimuth=np.deg2rad(90 - AZIMUTH), wavelength=np.divide(NM, 1000)
+    )
+    data = xarray.Dataset({"sky": made.rename(zenith="a", azimuth="b", wavelength="c")}).assign(error=made[0] + 1.0)
+    data["radiance"] = data["sky"] * 2.0
+    if is_stated:
+        for name in "ab":
+            data[name].attrs = {"units": "degree_true", "azimuth_convention": "clockwise from south"}
+        data["c"].attrs["units"], data["sky"].attrs["units"] = "nm", "cd m-2"
     scene = sky.read_scene(scene_folder(tmp_path, toml=GIVEN, made=data))
     for one, other in zip(scene.components, expected.components, strict=True):
-        np.testing.assert_array_equal(one.mass, other.mass)
+        np.testing.assert_allclose(one.mass, other.mass, rtol=1e-12)
         np.testing.assert_array_equal(one.cell, other.cell)
-    assert scene.options["field"]["isel"] == {"stokes": 0}
-    assert not any("taken" in note for note in scene.notes)
+    assert scene.options["field"]["isel"] == {"member": 0}
+    (tmp_path / "sky.toml").write_text(GIVEN[: GIVEN.index("angle_unit")])
+    if not is_stated:
+        with pytest.raises(sky.InputFileError) as error:
+            sky.read_scene(tmp_path / "amc.inp")
+        assert [one.code for one in error.value.problems] == ["E710"] * 4
 
 
 def test_a_field_that_is_dark_where_diffuse_light_is_needed(tmp_path):
@@ -151,4 +193,5 @@ def test_options_that_a_field_cannot_use(tmp_path):
         sky.read_scene(path, perez={"epsilon": 3.0, "delta": 0.2})
     with pytest.raises(sky.UsageError, match="weighting 'listed' is for sky files"):
         sky.read_scene(path, weighting="listed")
-    sky.read_scene(path, sun={"zenith_deg": 20.0})
+    (tmp_path / "field.nc").unlink()
+    sky.read_scene(scene_folder(tmp_path, made=field(1.0 + 0 * VALUES)), sun={"zenith_deg": 20.0})

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from aomc_sky.outputs.tables.netcdf import write_netcdf
+from tests.support.fault_rows import command
 from tests.support.fields import field_of
 from tests.support.scenes import change_config, copy_scene
+from tests.support.shared import INPUTS
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("h5netcdf")
@@ -30,9 +33,8 @@ def middles(bounds):
 
 def as_field(values=VALUES, grid=GRID, *, are_means=True):
     zenith, azimuth = ({"bounds": f"{name}_bounds"} if are_means else {} for name in ("zenith", "azimuth"))
-    both = {"azimuth_convention": "enu_from_east"}
     middle = middles(grid.zenith_bounds_deg), middles(grid.azimuth_bounds_deg)
-    return field_of(values, *middle, NM, zenith=both | zenith, azimuth=both | azimuth)
+    return field_of(values, *middle, NM, zenith=zenith, azimuth=azimuth)
 
 
 def write_field(path):
@@ -76,7 +78,7 @@ def by_toml(tmp_path):
 
 def by_file(tmp_path):
     write_field(tmp_path / "field.nc")
-    return scene_of(sky.TabulatedSky.from_xarray(xarray.load_dataset(tmp_path / "field.nc")["radiance"]))
+    return scene_of(sky.TabulatedSky.from_xarray(xarray.load_dataset(tmp_path / "field.nc")))
 
 
 def by_array(values=VALUES):
@@ -129,3 +131,59 @@ def test_a_smooth_field_differs_in_some_order_of_its_patches(are_means, order):
         difference = 0.5 * np.abs(masses(scene_of(table)) - masses(scene_of(model))).sum(axis=1)
         differences.append(difference.max())
     np.testing.assert_allclose(np.divide(differences[:-1], differences[1:]), 2.0**order, rtol=0.2)
+
+
+PEREZ = {"epsilon": 3.0, "delta": 0.2, "sun_zenith_deg": 40.0, "sun_azimuth_deg": 100.0}
+
+
+def an_atmosphere(path):
+    """Means of patches of a sky under one sun of two."""
+    words = ["--sun-zenith", "40,60", "--sun-azimuth", 25, "--bins", 6, 12, "--orders", 1, "--wavelength", "500,680"]
+    assert command("atmosphere", INPUTS / "atmosphere_sky" / "clear.atmo", "--out", path, *words, "-q") == 0
+    with xarray.open_dataset(path, engine="h5netcdf") as data:
+        return data.radiance[1].values, data.zenith_bounds.values
+
+
+def a_run(path, **how):
+    scene = sky.Scene(wavebands=NM, n_photons=1000, components=sky.PerezSky(**PEREZ, **how))
+    write_netcdf(scene.source(seed=3), path)
+    with xarray.open_dataset(path, engine="h5netcdf") as data:
+        return data.radiance.values, data.zenith_bounds.values
+
+
+OWN = {
+    "a run": a_run,
+    "in absolute units": lambda path: a_run(path, irradiance_W_m2_nm=[0.4, 0.2]),
+    "polarised": lambda path: a_run(path, polarisation=sky.RayleighPattern(max_degree=0.6)),
+    "an atmosphere": an_atmosphere,
+}
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_what_the_package_writes_reads_back_without_a_question(name, tmp_path, told):
+    """By all doors, with the same radiances and bounds, and nothing of it is quoted."""
+    values, rings = OWN[name](tmp_path / "own.nc")
+    isel = {"sun_zenith": 1} if name == "an atmosphere" else {}
+    data = xarray.load_dataset(tmp_path / "own.nc", engine="h5netcdf").isel(isel)
+    table = sky.TabulatedSky.from_xarray(data)
+    words = [word for dim, k in isel.items() for word in ("--isel", f"{dim}={k}")]
+    said = told("run", tmp_path / "own.nc", *words, "--iterations", 10, "--diffuse-only", "--out", tmp_path / "out").out
+    assert "the file says" not in said
+    assert "not used" not in said
+    assert "brightest sky" in said
+    np.testing.assert_array_equal(table.values, values.reshape(len(values), -1))
+    np.testing.assert_array_equal(table.grid.zenith_bounds_deg, rings)
+    assert (table.values_q is not None) == (name == "polarised")
+    assert table.radiance_unit == (1.0 if name in ("in absolute units", "an atmosphere") else 0.0)
+    model = sky.Scene(wavebands=table.wavelength_nm, n_photons=10, components=table)
+    assert sky.Plan.load(tmp_path / "out" / "plan.npz") == model.source().plan
+
+
+def test_a_second_sky_of_a_run_is_not_left_out_without_a_word(tmp_path, told):
+    """88 % of the light were."""
+    grey = sky.TabulatedSky(wavelength_nm=NM, values=VALUES**0, grid=GRID, weighting="projected", radiance_unit=1.0)
+    perez = sky.PerezSky(**PEREZ, irradiance_W_m2_nm=[0.4, 0.2])
+    scene = sky.Scene(wavebands=NM, n_photons=1000, components=(perez, grey))
+    write_netcdf(scene.source(seed=3), tmp_path / "own.nc")
+    shown = told("run", tmp_path / "own.nc", "--dry-run")
+    assert "(mass_sky" in shown.err or "radiance_sky" in shown.out
