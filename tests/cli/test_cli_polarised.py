@@ -8,12 +8,13 @@ import pytest
 
 import aomc_sky as sky
 from tests.support.fault_rows import command
+from tests.support.fields import FROM_EAST
 from tests.support.scenes import flip_bit
 from tests.support.shared import INPUTS
 from tests.support.stokes import DEFECTS
 
 ZENITH, AZIMUTH, NM = np.arange(0.0, 91.0, 15.0), np.arange(0.0, 360.0, 30.0), [440.0, 550.0]
-AZIMUTH_WORDS = "counter-clockwise from east"
+NAMES = ("radiance", "radiance_q", "radiance_u")
 
 
 @pytest.fixture(scope="module")
@@ -28,9 +29,9 @@ def field():
     coordinates = {
         "wavelength": ("wavelength", NM, {"units": "nm"}),
         "zenith": ("zenith", ZENITH, {"units": "deg"}),
-        "azimuth": ("azimuth", AZIMUTH, {"units": "deg", "long_name": AZIMUTH_WORDS}),
+        "azimuth": ("azimuth", AZIMUTH, {"units": "deg", **FROM_EAST}),
     }
-    parts = {"I": light, "Q": light * q, "U": light * u}
+    parts = dict(zip(NAMES, (light, light * q, light * u), strict=True))
     return xarray.Dataset({n: (("wavelength", "zenith", "azimuth"), v) for n, v in parts.items()}, coordinates)
 
 
@@ -52,17 +53,18 @@ def by_python(dataset, **how):
 def stacked(field, order):
     """As sasktran2 has it: one variable with a dimension."""
     xarray = pytest.importorskip("xarray")
-    return xarray.concat([field[name] for name in order], dim="stokes").assign_coords(stokes=list(order))
+    parts = [field[NAMES["IQU".index(letter)]] for letter in order]
+    return xarray.concat(parts, dim="stokes").assign_coords(stokes=list(order))
 
 
 ODD = ("--variable", "L", "--variable-q", "a", "--variable-u", "b")
-SWAPPED = ("--variable", "I", "--variable-q", "U", "--variable-u", "Q")
+SWAPPED = ("--variable-q", "radiance_u", "--variable-u", "radiance_q")
 
 
 def test_a_field_of_three_is_polarised_as_in_python(field, tmp_path, told):
     """By names, by options, and by the dimension of sasktran2, in both kinds of netCDF; Q and U exchanged are not."""
     plain = stored(field, tmp_path / "field.nc")
-    odd = stored(field.rename(I="L", Q="a", U="b"), tmp_path / "odd.nc")
+    odd = stored(field.rename(dict(zip(NAMES, "Lab", strict=True))), tmp_path / "odd.nc")
     rows = stored(stacked(field, "UIQ").rename("radiance"), tmp_path / "stacked.nc")
     old = tmp_path / "old.nc"
     stacked(field, "UIQ").to_dataset(name="radiance").to_netcdf(old, engine="scipy", format="NETCDF3_64BIT")
@@ -79,7 +81,7 @@ def test_a_field_of_three_is_polarised_as_in_python(field, tmp_path, told):
 
 def test_a_picture_finds_a_field_by_the_words_of_the_run(field, tmp_path, told):
     pytest.importorskip("matplotlib")
-    odd = stored(field.rename(I="L", Q="a", U="b"), tmp_path / "odd.nc")
+    odd = stored(field.rename(dict(zip(NAMES, "Lab", strict=True))), tmp_path / "odd.nc")
     assert "2 domes" in told("plot", odd, *ODD, "--stokes-signs", 1, -1, "--out", tmp_path / "odd.png").out
 
 
@@ -99,20 +101,22 @@ def test_a_table_of_sky_toml(field, tmp_path):
     np.testing.assert_array_equal(scene.components[-1].stokes[scene.row_of_band], expected)
     assert not {"variable_q", "variable_u", "stokes_signs"} & set(scene.options["field"])
     names = '[sky]\ntable = "field.nc"\nvariable = "L"\nvariable_q = "a"\nvariable_u = "b"\nstokes_signs = [1, -1]\n'
-    scene = sky.read_scene(scene_folder(tmp_path / "b", names, field.rename(I="L", Q="a", U="b")))
+    folder = scene_folder(tmp_path / "b", names, field.rename(dict(zip(NAMES, "Lab", strict=True))))
+    with pytest.warns(sky.InputWarning, match="^U: another sign than that of Rayleigh's pattern around the sun"):
+        scene = sky.read_scene(folder)
     np.testing.assert_array_equal(scene.components[-1].stokes[scene.row_of_band], expected * [1, -1])
     assert scene.options["field"]["stokes_signs"] == (1.0, -1.0)
-    scene = sky.read_scene(scene_folder(tmp_path / "c", '[sky]\ntable = "field.nc"\nvariable = "I"\n', field))
+    scene = sky.read_scene(scene_folder(tmp_path / "c", '[sky]\ntable = "field.nc"\nvariable = "radiance"\n', field))
     assert scene.components[-1].stokes is None
     assert not any("photons carry q" in note for note in scene.notes)
 
 
 WRONG = {
-    "holed": (lambda f: f.assign(Q=f["Q"].where(f["zenith"] > 20)), (), 3, "E710", "give I alone: --variable I"),
-    "half": (lambda f: f.drop_vars("U").rename(I="radiance"), (), 3, "E710", "one of Q and U without the other"),
-    "names": (lambda f: f, ("--variable-q", "Q"), 2, "belong together", "give both, or none"),
-    "twice": (lambda f: f, ("--variable-q", "Q", "--variable-u", "Q"), 3, "E710", "one is named twice"),
-    "signs": (lambda f: f[["I"]].rename(I="radiance"), ("--stokes-signs", "1", "1"), 3, "E710", "--stokes-signs"),
+    "holed": (lambda f: f.assign(radiance_q=f["radiance_q"].where(f["zenith"] > 20)), (), 3, "E710", "give I alone: --variable radiance"),
+    "half": (lambda f: f.drop_vars("radiance_u"), (), 3, "E710", "one of Q and U without the other"),
+    "names": (lambda f: f, ("--variable-q", "radiance_q"), 2, "belong together", "give both, or none"),
+    "twice": (lambda f: f, ("--variable-q", "radiance_q", "--variable-u", "radiance_q"), 3, "E710", "one is named twice"),
+    "signs": (lambda f: f[["radiance"]], ("--stokes-signs", "1", "1"), 3, "E710", "--stokes-signs"),
     "pattern": (lambda f: f, ("--polarisation", "0.5", "--sun-zenith", "40"), 2, "is polarised already", "Q and U"),
 }
 
@@ -127,9 +131,9 @@ def test_fields_and_options_that_are_wrong(name, field, tmp_path, told):
 
 
 LINES = {
-    "half": ('variable = "I"\nvariable_q = "Q"\n', "4:1: error[E705]", "variable_q without variable_u"),
+    "half": ('variable = "radiance"\nvariable_q = "radiance_q"\n', "4:1: error[E705]", "variable_q without variable_u"),
     "sign": ("stokes_signs = [1, 0]\n", "3:16: error[E704]", "write [1, -1] with the sign of Q and that of U"),
-    "alone": ('variable = "I"\nstokes_signs = [1, 1]\n', "4:16: error[E710]", "are for a field of Q and U"),
+    "alone": ('variable = "radiance"\nstokes_signs = [1, 1]\n', "4:16: error[E710]", "are for a field of Q and U"),
     "pattern": ("polarisation = 0.5\n", "3:16: error[E705]", "a table that has Q and U of its own"),
 }
 
