@@ -19,7 +19,7 @@ _NEVER_QUOTED = (
     "institution", "source", "references",
 )  # fmt: skip
 """Attributes that state something, or where a file comes from."""
-MOST_TEXTS = 5
+MOST_TEXTS, MOST_NEARBY = 5, 3
 SAYS, UNUSED, BRIGHTEST = "the file says", "not used:", "brightest sky:"
 """How the three notes begin that are always shown: what a person should read."""
 
@@ -31,6 +31,12 @@ def quote(texts: Iterable[str]) -> list[str]:
     shown = [f'"{printable(text)}"' for text in list(said)[:MOST_TEXTS]]
     more = f"; and {len(said) - MOST_TEXTS} more" if len(said) > MOST_TEXTS else ""
     return [f"{SAYS} {'; '.join(shown)}{more} (texts change nothing)"] if said else []
+
+
+def with_texts(question: str, texts: Iterable[str]) -> str:
+    """A question, with what the file says in words nearby."""
+    said = "; ".join(f'"{printable(text)}"' for text in list(texts)[:MOST_NEARBY])
+    return f"{question}; its text says {said}" if said else question
 
 
 def unused_note(what: Mapping[str, Iterable[str]]) -> list[str]:

@@ -12,7 +12,7 @@ import numpy as np
 from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import NOWHERE, Span
 from aomc_sky.formats.azimuth import SAY_AZIMUTH, convention_of
-from aomc_sky.formats.quote import quote, unused_note
+from aomc_sky.formats.quote import quote, unused_note, with_texts
 from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
@@ -123,13 +123,16 @@ class _Table:
                 self._read_comment(number, line)
             elif line.strip(" ,;\t") and not line.lower().startswith("sep="):
                 self.rows.append((number, line))
-        if names and self._names_columns(names[1]) and not (self.rows and self._names_columns(self.rows[0][1])):
+        first = self.rows[0][1] if self.rows else ""
+        is_of_numbers = bool(first) and _is_of_numbers(first)
+        if names and (is_of_numbers or (self._names_columns(names[1]) and not self._names_columns(first))):
             self.rows.insert(0, names)
             self.texts.pop(names[0], None)
         self.delimiter = delimiter_of(self.rows[0][1] if self.rows else "", DELIMITERS)
 
     def _bad(self, span: Span, message: str, advice: str, code: str = "E651") -> None:
-        self.report.at(span, code, message, advice=advice)
+        if not any((one.line, one.column, one.message) == (span.line, span.column, message) for one in self.report.problems):
+            self.report.at(span, code, message, advice=advice)
 
     def _read_comment(self, number: int, line: str) -> None:
         text = _without_sign(line)
@@ -142,11 +145,6 @@ class _Table:
         span = Span(number, match.start(2) + 1, line, len(match[2]))
         if self.head.setdefault(key, (match[2], span))[0] != match[2]:
             self._bad(span, f"{quoted(match[2])} after {quoted(self.head[key][0])}", "keep one of the two lines")
-
-    def _question(self, message: str) -> str:
-        """A question, with what the file says in words."""
-        said = "; ".join(quoted(text) for text in list(self.texts.values())[:3])
-        return f"{message}; its text says {said}" if said else message
 
     def _statement(self, name: str, given: object) -> tuple[str, Span] | None:
         """What the file states, or None where it does not or a caller's word comes before it."""
@@ -258,7 +256,7 @@ class _Table:
             advice = f"{advice}, or {say_coordinate(slot, names)}"
             if len(names) == 1:
                 advice = "write # before lines above the names, and commas, semicolons or tabs between columns"
-            self._bad(whole, self._question(f"there is no column of {what} among {shown}"), advice)
+            self._bad(whole, with_texts(f"there is no column of {what} among {shown}", self.texts.values()), advice)
         self.remarks += unused_note({"columns": unused})
         if not self.rows:
             self.report.add("E654", "the file has no row of numbers", advice="write a row for each direction")
@@ -279,7 +277,7 @@ class _Table:
             for one in columns:
                 text = cells[one.index]
                 try:
-                    one.values[k] = _number(text, one.role, decimal)
+                    one.values[k] = _number(text, decimal)
                 except BadValueError as problem:
                     span = cell_span(number, line, one.index, self.delimiter)
                     self._bad(span, problem.message, problem.advice, "E652")
@@ -330,7 +328,7 @@ class _Table:
             elif units[plain_unit(text)] != units.get(plain_unit(said[0][0])):
                 self._bad(span, f"{quoted(text)} beside {quoted(said[0][0])} of the column {column.name}", advice)
         if not said:
-            self._bad(column.span, self._question(ask), advice)
+            self._bad(column.span, with_texts(ask, self.texts.values()), advice)
         return units.get(plain_unit(said[0][0]), np.nan) if said else np.nan
 
     def _angle(self, column: _Column) -> np.ndarray:
@@ -370,7 +368,7 @@ class _Table:
         if found is None:
             if self.stated.convention is None and column is not None:
                 message = f"nothing says from where the azimuths {quoted(column.name)} count and which way"
-                self._bad(column.span, self._question(message), _AZIMUTH_LINE)
+                self._bad(column.span, with_texts(message, self.texts.values()), _AZIMUTH_LINE)
             return self.stated.convention
         convention = convention_of(found[0])
         if convention is None:
@@ -415,7 +413,13 @@ class _Table:
         return np.full(n, value)
 
 
-def _number(text: str, role: str, decimal: str) -> float:
+def _is_of_numbers(line: str) -> bool:
+    """Whether a row has numbers and gaps alone."""
+    cells = split_row(line, delimiter_of(line, DELIMITERS))
+    return not any(cell.lower() not in GAPS and any(map(str.isalpha, cell[:1])) for cell in cells)
+
+
+def _number(text: str, decimal: str) -> float:
     """The number of a cell, NaN for a gap."""
     if text.lower() in GAPS:
         return np.nan

@@ -10,7 +10,7 @@ import numpy as np
 from aomc_sky.directions import EDGE_DEG, AzimuthConvention, at_quarter_deg, to_enu_azimuth_deg, within_sky_deg
 from aomc_sky.errors import FieldError
 from aomc_sky.formats.azimuth import OURS, SAY_AZIMUTH, convention_of, words_of
-from aomc_sky.formats.quote import texts_of
+from aomc_sky.formats.quote import texts_of, with_texts
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
     CF_CLOCKWISE,
@@ -54,8 +54,7 @@ class Axis(NamedTuple):
 
     def question(self, message: str, beside: Mapping[str, Any] | None = None) -> str:
         """A question, with what the coordinate and the file say in words."""
-        said = [*texts_of(self.attributes), *texts_of(beside or {})][:3]
-        return f"{message}; its text says {'; '.join(map(quoted, said))}" if said else message
+        return with_texts(message, [*texts_of(self.attributes), *texts_of(beside or {})])
 
 
 def bounds_name(coordinate: Any) -> str:
