@@ -131,7 +131,9 @@ class _Table:
         self.delimiter = delimiter_of(self.rows[0][1] if self.rows else "", DELIMITERS)
 
     def _bad(self, span: Span, message: str, advice: str, code: str = "E651") -> None:
-        if not any((one.line, one.column, one.message) == (span.line, span.column, message) for one in self.report.problems):
+        if not any(
+            (one.line, one.column, one.message) == (span.line, span.column, message) for one in self.report.problems
+        ):
             self.report.at(span, code, message, advice=advice)
 
     def _read_comment(self, number: int, line: str) -> None:

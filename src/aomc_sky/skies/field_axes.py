@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from aomc_sky.directions import EDGE_DEG, AzimuthConvention, at_quarter_deg, to_
 from aomc_sky.errors import FieldError
 from aomc_sky.formats.azimuth import OURS, SAY_AZIMUTH, convention_of, words_of
 from aomc_sky.formats.quote import texts_of, with_texts
+from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
     CF_CLOCKWISE,
@@ -230,6 +231,78 @@ def wavelengths_nm(axis: Axis, stated: Stated, questions: Questions) -> np.ndarr
         message = f"coordinate {axis.name!r} has wavelengths of {shown} nm; {LEAST_NM:g} to {MOST_NM:g} are read"
         questions.append(FieldError(message, f"{SAY_LENGTH}, or correct its attribute units", "wavelength_unit"))
     return values
+
+
+class Statements(NamedTuple):
+    """What a field and its caller state."""
+
+    zenith: Axis
+    azimuth: Axis | None
+    wavelength: Axis | None
+    zenith_scale: float  #: One unit of the angle [deg]
+    azimuth_scale: float
+    convention: AzimuthConvention | None  #: None without azimuths
+    wavelength_nm: np.ndarray
+    radiance_unit: float | None  #: In W m-2 nm-1 sr-1, 0 for relative light, None where nothing says it
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """The coordinates that the field has."""
+        return tuple(one for one in (self.zenith, self.azimuth, self.wavelength) if one is not None)
+
+
+def statements(field: Any, bounds: Mapping[str, Any], of_file: Mapping[str, Any], stated: Stated) -> Statements:
+    """What is stated of a field; FieldError with all questions that are left open."""
+    questions: Questions = []
+    axes: list[Axis | None] = []
+    for role in ("zenith", "azimuth", "wavelength"):
+        try:
+            axes.append(axis_of(field, role, stated, bounds))
+        except FieldError as error:
+            axes.append(None)
+            questions.append(error)
+    zenith, azimuth, wavelength = axes
+    unit = _radiance_unit(field, stated.radiance_unit, questions)
+    scales = [1.0 if axis is None else angle_scale(axis, stated, questions) for axis in (zenith, azimuth)]
+    beside = {**of_file, **field.attrs}
+    convention = None if azimuth is None else azimuth_convention(azimuth, stated, beside, questions)
+    nm = np.array([550.0]) if wavelength is None else wavelengths_nm(wavelength, stated, questions)
+    if zenith is not None:
+        _ask_of_dimensions(field, [axis for axis in axes if axis is not None], questions)
+    if zenith is None or questions:
+        first = questions[0]
+        raise FieldError(first.message, first.advice, first.argument, questions[1:])
+    return Statements(zenith, azimuth, wavelength, scales[0], scales[1], convention, nm, unit)
+
+
+def _radiance_unit(field: Any, given: str | None, questions: Questions) -> float | None:
+    """One unit of the values in W m-2 nm-1 sr-1, None where nothing says it."""
+    said = {name: str(text).strip() for name, text in field.attrs.items() if name in ("units", "unit")}
+    unit = given if given is not None else next(iter(said.values()), "")
+    if not unit:
+        return None
+    factor = radiance_factor(unit)
+    if factor is None:
+        message = f"the unit {unit!r} of the field is none of spectral radiance that is read"
+        questions.append(FieldError(message, SAY_UNIT, "radiance_unit"))
+    elif given is None and len({radiance_factor(text) for text in said.values()}) > 1:
+        message = f"the field has units {said['units']!r} and unit {said['unit']!r}"
+        questions.append(FieldError(message, SAY_UNIT, "radiance_unit"))
+    return factor
+
+
+def _ask_of_dimensions(field: Any, axes: Sequence[Axis], questions: Questions) -> None:
+    """Ask for dimensions of which nothing says what they are."""
+    known = {dim for axis in axes for dim in axis.dims}
+    roles = sorted({"azimuth", "wavelength"} - {axis.role for axis in axes})
+    for dim, size in zip(map(str, field.dims), field.shape, strict=True):
+        if dim in known or size == 1:
+            continue
+        ways = [f"--coordinate {role}={dim} ({role}={dim!r})" for role in roles if dim in field.coords]
+        ways.append(f"--isel {dim}=0, or field.isel({dim}=0), for one of it")
+        message = f"the field has a dimension {dim!r} of {size} besides angles and wavelength"
+        more = "; azimuths need --azimuth-convention, too" if "azimuth" in roles and dim in field.coords else ""
+        questions.append(FieldError(message, f"write {', or '.join(ways)}{more}", "isel"))
 
 
 def radiances(field: Any) -> np.ndarray:
