@@ -12,7 +12,7 @@ import numpy as np
 from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import NOWHERE, Span
 from aomc_sky.formats.azimuth import SAY_AZIMUTH, convention_of
-from aomc_sky.formats.quote import quote, unused_note, with_texts
+from aomc_sky.formats.quote import instead, quote, unused_note, with_texts
 from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
@@ -151,8 +151,7 @@ class _Table:
     def _statement(self, name: str, given: object) -> tuple[str, Span] | None:
         """What the file states, or None where it does not or a caller's word comes before it."""
         if given is not None and name in self.head:
-            shown, place = name.removesuffix("_deg").replace("_", " "), self.head[name]
-            self.remarks.append(f"{shown} {given} in place of {quoted(place[0])} of the file")
+            self.remarks += instead(name, given, self.head[name][0])
         return self.head.get(name) if given is None else None
 
     def points(self) -> dict[str, Any]:
@@ -320,10 +319,11 @@ class _Table:
     def _unit(self, column: _Column, key: str, units: dict[str, float], ask: str, advice: str) -> float:
         """One unit of a column by a caller, its name or the head, which must not differ; NaN after a question."""
         given = getattr(self.stated, key)
-        if given is not None:
-            return units[plain_unit(given)]
         said = [(column.unit, column.span)] if column.unit else []
         said += [self.head[key]] if key in self.head else []
+        if given is not None:
+            self.remarks += [one for text, _ in said for one in instead(key, given, text) if one not in self.remarks]
+            return units[plain_unit(given)]
         for text, span in said:
             if plain_unit(text) not in units:
                 self._bad(span, f"{quoted(text)} is no unit that is read", advice)
@@ -393,6 +393,8 @@ class _Table:
         """Wavelength of each radiance, None where the file has none. [nm]"""
         n = light[0].values.size
         unnamed = [one for one in light if one.wavelength_nm is None]
+        if "wavelength" in self.head and (column is not None or len(unnamed) < len(light)):
+            self._bad(self.head["wavelength"][1], "a wavelength here, and in the columns", "keep one of the two")
         if len(unnamed) < len(light):
             if unnamed or column is not None:
                 advice = "keep one of the two, and give the other columns other names"

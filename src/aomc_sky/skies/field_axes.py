@@ -10,7 +10,7 @@ import numpy as np
 from aomc_sky.directions import EDGE_DEG, AzimuthConvention, at_quarter_deg, to_enu_azimuth_deg, within_sky_deg
 from aomc_sky.errors import FieldError
 from aomc_sky.formats.azimuth import OURS, SAY_AZIMUTH, convention_of, words_of
-from aomc_sky.formats.quote import texts_of, with_texts
+from aomc_sky.formats.quote import instead, texts_of, with_texts
 from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
@@ -52,6 +52,12 @@ class Axis(NamedTuple):
     attributes: dict[str, Any]
     bounds: np.ndarray | None  #: CF bounds (n, 2) of a coordinate with one dimension
     absent_bounds: str  #: Name of bounds that the coordinate has and the field has not, or an empty text
+
+    @property
+    def units(self) -> list[str]:
+        """Units by its name and its attribute."""
+        stated = (str(self.attributes.get(key, "")) for key in ("units", "unit"))
+        return [text for text in (NAMES.get(self.name.lower(), ("", ""))[1], *stated) if text.strip()]
 
     def question(self, message: str, beside: Mapping[str, Any] | None = None) -> str:
         """A question, with what the coordinate and the file say in words."""
@@ -118,9 +124,7 @@ def _scale(
     axis: Axis, given: str | None, units: Mapping[str, float], argument: str, advice: str, questions: Questions
 ) -> float:
     """One unit of a coordinate by the caller, its name and its attribute, which must not differ; 1 after a question."""
-    stated = str(axis.attributes.get("units", axis.attributes.get("unit", "")))
-    said = [given] if given is not None else [NAMES.get(axis.name.lower(), ("", ""))[1], stated]
-    said = [text for text in said if text.strip()]
+    said = [given] if given is not None else axis.units
     unknown = [text for text in said if plain_unit(text) not in units]
     scales = {units[plain_unit(text)] for text in said if text not in unknown}
     if len(scales) == 1 and not unknown:
@@ -244,6 +248,7 @@ class Statements(NamedTuple):
     convention: AzimuthConvention | None  #: None without azimuths
     wavelength_nm: np.ndarray
     radiance_unit: float | None  #: In W m-2 nm-1 sr-1, 0 for relative light, None where nothing says it
+    remarks: tuple[str, ...]  #: Words of the caller that come before others of the file
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -272,7 +277,19 @@ def statements(field: Any, bounds: Mapping[str, Any], of_file: Mapping[str, Any]
     if zenith is None or questions:
         first = questions[0]
         raise FieldError(first.message, first.advice, first.argument, questions[1:])
-    return Statements(zenith, azimuth, wavelength, scales[0], scales[1], convention, nm, unit)
+    pairs = [("angle_unit", stated.angle_unit, axis.units) for axis in (zenith, azimuth) if axis is not None]
+    pairs += [("wavelength_unit", stated.wavelength_unit, [] if wavelength is None else wavelength.units)]
+    pairs += [
+        ("radiance_unit", stated.radiance_unit, [str(field.attrs[key]) for key in ("units",) if key in field.attrs])
+    ]
+    if azimuth is not None:
+        said = azimuth.attributes.get("azimuth_convention", beside.get("azimuth_convention"))
+        given = None if stated.convention is None else words_of(stated.convention)
+        pairs += [("azimuth_convention", given, [] if said is None else [str(said)])]
+    remarks = dict.fromkeys(
+        one for what, given, said in pairs if given for text in said for one in instead(what, given, text)
+    )
+    return Statements(zenith, azimuth, wavelength, scales[0], scales[1], convention, nm, unit, tuple(remarks))
 
 
 def _radiance_unit(field: Any, given: str | None, questions: Questions) -> float | None:

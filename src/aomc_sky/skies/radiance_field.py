@@ -40,8 +40,9 @@ def read_radiance_field(
     between them. Those of scattered directions, and fields with NaN, are interpolated on the sphere to `grid`, with
     the sun as `RadianceField` has it.
     """
-    field, remarks = chosen.radiance, list[str]()
+    field = chosen.radiance
     said = statements(field, chosen.bounds, chosen.attributes, stated)
+    remarks = list(said.remarks)
     zenith, azimuth, wavelength, convention = said.zenith, said.azimuth, said.wavelength, said.convention
     wavelength_nm = said.wavelength_nm
     if said.radiance_unit is None:
