@@ -114,13 +114,15 @@ def test_a_slow_sky_says_how_to_save_it_and_the_saved_one_is_a_sky(tmp_path, mon
     amc = copy_scene("atmosphere_sky", tmp_path)
     small = ["--wavelength", "410,680", "--orders", "1", "--bins", "6", "12"]
     saved = amc.parent / "sky.nc"
-    assert f"sky: {saved}" in told("atmosphere", amc.parent / "clear.atmo", "--out", saved, *small).out
     (amc.parent / "sky.toml").write_text('[atmosphere]\nfile = "clear.atmo"\norders = 1\nzenith_bins = 6\n')
     monkeypatch.setattr("aomc_sky.cli.options._SLOW_SKY_S", 0.0)
-    assert "write aomc-sky atmosphere MODEL.atmo --out sky.nc" in told("run", amc, "--dry-run").err
+    advice = told("run", amc, "--dry-run").err
+    sun = advice.partition("MODEL.atmo ")[2].partition(" --out sky.nc")[0].split()
+    assert sun == ["--sun-zenith", "42", "--sun-azimuth", "65"]
+    assert f"sky: {saved}" in told("atmosphere", amc.parent / "clear.atmo", "--out", saved, *sun, *small).out
     (amc.parent / "sky.toml").write_text('[sky]\ntable = "sky.nc"\n')
     (amc.parent / "difcol.inp").write_text("4\n" + "0.5 1.0\n" * 4)
-    scene = aomc_sky.read_scene(amc)
+    scene = aomc_sky.read_scene(amc)  # and no word on where the sky is brightest
     assert scene.options["field"]["variable"] == "radiance"
     with xarray.open_dataset(saved) as data:
         part = next(part for part in scene.components if part.name == "sky")

@@ -110,7 +110,7 @@ def test_an_atmosphere_is_solved_by_its_command(tmp_path, told):
     assert main(["atmosphere", model, *solved]) == 0
     found = drawn(told, tmp_path / "sky.nc")
     assert (len(found["domes"]), found["quantity"]) == (1, "radiance [W m-2 sr-1 nm-1]")
-    turned = (tmp_path / "sky.nc", "--azimuth-convention", "from the sun")
+    turned = (tmp_path / "sky.nc", "--azimuth-convention", "clockwise from the sun")
     assert "write --sun-azimuth DEG" in told("plot", *turned, code=3).err
     assert drawn(told, *turned, "--sun-azimuth", 20)["domes"] == ["600 nm"]
 

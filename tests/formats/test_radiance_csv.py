@@ -1,4 +1,4 @@
-"""Tables of measured radiances: names, units and conventions as people write them are one sky."""
+"""Tables of measured radiances: what they state by names, keys and options is one sky, and the rest is a question."""
 
 import numpy as np
 import pytest
@@ -7,53 +7,63 @@ from hypothesis import strategies as st
 
 import aomc_sky as sky
 from aomc_sky.formats.radiance_csv import read_radiance_points
-from aomc_sky.formats.radiance_words import name_of_column
-from tests.support.shared import DATA
+from aomc_sky.formats.radiance_words import KEYS, NAMES, Stated
+from tests.support.shared import DATA, REPOSITORY
 
 ROWS = [(10.0, 20.0, 443.0, 0.05), (40.0, 110.0, 443.0, 0.04), (60.0, 230.0, 443.0, 0.03), (80.0, 350.0, 443.0, 0.02)]
-
-
 POINTS = [(z, a, v) for z, a, _, v in ROWS]
+NORTH, HEAD = "# azimuth: clockwise from north", "zenith_deg,azimuth_deg,radiance"
+UNIT = "# radiance unit: mW m-2 nm-1 sr-1"
+GRID = [(zenith, azimuth, 100.0 + zenith) for zenith in (10, 40, 70) for azimuth in (0, 90, 180, 270)]
 
 
-def write(path, head, rows, delimiter=","):
-    path.write_text("\n".join([*head, *(delimiter.join(map(str, row)) for row in rows)]) + "\n", encoding="utf-8")
-    return path
+@pytest.fixture
+def write(tmp_path):
+    """Writes lines and rows."""
+
+    def written(*lines, rows=POINTS, delimiter=","):
+        path = tmp_path / "sky.csv"
+        text = "\n".join([*lines, *(delimiter.join(map(str, row)) for row in rows)]) + "\n"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return written
 
 
-@pytest.mark.parametrize(
-    ("text", "name"),
-    [
-        ("Zenith angle [deg]", ("zenith", "deg", None)), ("zenith_rad", ("zenith", "rad", None)),
-        ("elevation (°)", ("elevation", "°", None)), ("VAA", ("azimuth", "", None)),
-        ("relative_azimuth_deg", ("relative azimuth", "deg", None)), ("Wavelength (um)", ("wavelength", "um", None)),
-        ("radiance_W_m2_nm_sr", ("radiance", "W m2 nm sr", None)),
-        ("radiance (mW/(m2 nm sr))", ("radiance", "mW/(m2 nm sr)", None)), ("L_412.5", ("radiance", "", 412.5)),
-        ("412nm", ("radiance", "", 412.0)), ("443", ("radiance", "", 443.0)), ("L (412 nm)", ("radiance", "", 412.0)),
-        ("sky_radiance_555 nm", ("radiance", "", 555.0)), ("solar_zenith", None), ("time", None), ("Ed_412", None),
-    ],
-)  # fmt: skip
-def test_names_of_columns(text, name):
-    assert name_of_column(text) == name
+@pytest.fixture
+def points(write):
+    """Writes and reads."""
+
+    def read(*lines, rows=POINTS, delimiter=",", sun=None, **stated):
+        return read_radiance_points(write(*lines, rows=rows, delimiter=delimiter), Stated(**stated), **(sun or {}))
+
+    return read
 
 
-def test_one_sky_in_many_hands(tmp_path):
+def questions(points, *lines, **how):
+    with pytest.raises(sky.InputFileError) as caught:
+        points(*lines, **how)
+    assert all(problem.advice for problem in caught.value.problems)
+    return caught.value.problems
+
+
+def test_one_sky_in_many_hands(tmp_path, write):
     """Degrees or radians, zenith or elevation, from north, east or the sun, long or wide: the same points."""
     north = [(z, (90 - a) % 360, nm, v) for z, a, nm, v in ROWS]
-    files = [
-        write(tmp_path / "a.csv", ["# azimuth: enu_from_east", "zenith_deg,azimuth_deg,wavelength,L (W m-2 nm-1 sr-1)"],
-              ROWS),
-        write(tmp_path / "b.csv", ["# azimuth: clockwise from north", "# radiance unit: uW/cm2/nm/sr",
-              "nm;radiance;elevation;azimuth;note"],
-              [(nm, f"{100 * v:.6g}".replace(".", ","), 90 - z, a, "x") for z, a, nm, v in reversed(north)], ";"),
-        write(tmp_path / "c.tsv", ["# unit: mW m-2 nm-1 sr-1", "# sun azimuth: 40 counterclockwise from east",
-              "zenith (rad)\trelative azimuth (rad)\tL_443"],
-              [(np.deg2rad(z), np.deg2rad(a - 40), 1000 * v) for z, a, _, v in ROWS], "\t"),
-        write(tmp_path / "d.csv", ["# azimuth: clockwise from the sun", "# sun azimuth: 50 deg, clockwise from north",
-              "# wavelength: 0.443 um", "zenith,azimuth,radiance_W_m2_nm_sr"],
-              [(-z if z == 60 else z, 40 - a + 180 * (z == 60), v) for z, a, _, v in ROWS]),
+    hands = [
+        (["# azimuth: enu_from_east", "# radiance unit: W/m2/nm/sr", "zenith_deg,azimuth_deg,wavelength_nm,radiance"],
+         ROWS, ","),
+        ([NORTH, "# radiance unit: uW/cm2/sr/nm", "# decimal: comma", "# angle unit: degrees",
+          "wavelength_nm;radiance;elevation;azimuth;note"],
+         [[f"{x:.6g}".replace(".", ",") for x in (nm, 100 * v, 90 - z, a, 0)] for z, a, nm, v in reversed(north)], ";"),
+        (["# azimuth convention: counterclockwise from the sun", UNIT, "# sun azimuth: 40 counterclockwise from east",
+          "zenith_rad\tazimuth_rad\tL_443"],
+         [(np.deg2rad(z), np.deg2rad(a - 40), f"{1000 * v:g}") for z, a, _, v in ROWS], "\t"),
+        (["# azimuth = clockwise from the sun", "# sun azimuth: 50 deg, clockwise from north", "# wavelength: 0.443 um",
+          "# radiance unit: W/(m2 nm sr)", HEAD],
+         [(-z if z == 60 else z, 40 - a + 180 * (z == 60), v) for z, a, _, v in ROWS], ","),
     ]  # fmt: skip
-    first, *others = [sky.read_radiance_csv(path) for path in files]
+    first, *others = [sky.read_radiance_csv(write(*lines, rows=rows, delimiter=mark)) for lines, rows, mark in hands]
     assert first.is_absolute
     for other in others:
         np.testing.assert_array_equal(other.wavelength_nm, [443.0])
@@ -63,217 +73,299 @@ def test_one_sky_in_many_hands(tmp_path):
     np.testing.assert_allclose(first.radiance(zenith, azimuth, 443.0), [0.05, 0.02], rtol=2e-3)
 
 
+def test_every_question_has_an_answer_by_option(points):
+    """A file that states nothing, and the same with what a caller states: names, units, convention, decimals."""
+    rows = [(f"{z:g}", f"{a:g}", "0,443", f"{1000 * v:g},5") for z, a, _, v in ROWS]
+    asked = [one.message for one in questions(points, "vza;vaa;wl;L", rows=rows, delimiter=";")]
+    assert [text.partition(" among")[0] for text in asked] == [
+        f"there is no column of {what}" for what in ("zenith angles", "azimuths", "radiances")
+    ]
+    names = {"zenith": "vza", "azimuth": "vaa", "wavelength": "wl", "variable": "L"}
+    asked = [one.message for one in questions(points, "vza;vaa;wl;L", rows=rows, delimiter=";", **names)]
+    for what in ("'vza' is in degrees or", "'vaa' is in degrees or", "azimuths 'vaa' count", "which unit 'wl' is"):
+        assert sum(what in text for text in asked) == 1, what
+    assert sum("has a comma" in text for text in asked) == 8
+    units = {"angle_unit": "deg", "wavelength_unit": "um", "radiance_unit": "mW m-2 nm-1 sr-1", "decimal": "comma"}
+    how = {**names, **units, "azimuth_convention": "clockwise from north"}
+    found = points("vza;vaa;wl;L", rows=rows, delimiter=";", **how)
+    np.testing.assert_allclose(found["sky_azimuth_deg"], [(90 - a) % 360 for _, a, _ in POINTS])
+    np.testing.assert_allclose(found["wavelength_nm"], 443.0)
+    np.testing.assert_allclose(found["radiance"], [v + 0.0005 for *_, v in POINTS])
+    elevation = points("el,azimuth_deg,radiance", elevation="el", angle_unit="deg", azimuth_convention="enu_from_east")
+    np.testing.assert_allclose(elevation["sky_zenith_deg"], [90 - z for z, *_ in POINTS])
+
+
+def test_arguments_win_over_the_file_and_say_so(points):
+    lines = ["# azimuth: enu_from_east", "# radiance unit: relative", "# sun azimuth: 10 clockwise from north", HEAD]
+    how = {"azimuth_convention": "counterclockwise from the sun", "radiance_unit": "mW/m2/nm/sr"}
+    found = points(*lines, sun={"sun_azimuth_deg": 30.0}, **how)
+    np.testing.assert_allclose(found["sky_azimuth_deg"], [50.0, 140.0, 260.0, 20.0])
+    np.testing.assert_allclose(found["radiance"], [5e-5, 4e-5, 3e-5, 2e-5])
+    for said in (
+        "azimuth counterclockwise from the sun in place of 'enu_from_east'",
+        "radiance unit mW/m2/nm/sr in place",
+    ):
+        assert any(remark.startswith(said) for remark in found["remarks"]), said
+    assert "sun azimuth 30.0 in place of '10 clockwise from north' of the file" in found["remarks"]
+
+
 @pytest.mark.parametrize(
-    ("head", "clockwise"),
+    ("stated", "why"),
     [
-        ("zenith,azimuth_north_cw,L", True), ("zenith,azimuth from north,L", True),
-        ("zenith,azimuth (deg E of N),L", True), ("zenith,azimuth from north (deg),L", True),
-        ("zenith,azimuth_deg_N_of_E,L", False),
-        ("# Azimuth clockwise from North\nzenith,azimuth,L", True), ("% azimuth: from north\nzenith,azimuth,L", True),
-        ("// site\n; day\n! azimuths are counted from east\nzenith,azimuth,L", False),
-        ("# azimuth: from east\n% zenith,azimuth,L", False),
+        ({"radiance_unit": "lux"}, "radiance unit 'lux' is not known; write --radiance-unit"),
+        ({"azimuth_convention": "south"}, "'south' is no convention; write --azimuth-convention"),
+        ({"angle_unit": "gon"}, "angle_unit must be 'deg' or 'rad'"),
+        ({"wavelength_unit": "cm-1"}, "wavelength unit 'cm-1' is not known"),
+        ({"decimal": ","}, "decimal must be 'point' or 'comma'"),
+        ({"zenith": "a", "elevation": "b"}, "name the same angle"),
     ],
-)  # fmt: skip
-def test_azimuths_that_a_name_or_a_comment_explains(tmp_path, head, clockwise):
-    points = read_radiance_points(write(tmp_path / "sky.csv", [head], POINTS))
-    expected = [(90 - a) % 360 if clockwise else a for _, a, _ in POINTS]
-    np.testing.assert_allclose(points["sky_azimuth_deg"], expected)
-    assert not any("azimuths count" in remark for remark in points["remarks"])
+)
+def test_words_of_a_caller_are_those_of_the_table(points, stated, why):
+    with pytest.raises(sky.UsageError, match=why):
+        points(NORTH, HEAD, **stated)
 
 
-def test_semicolons_before_empty_columns_and_signs_of_other_encodings(tmp_path):
-    rows = [("", *row) for row in ROWS]
-    path = write(tmp_path / "sky.csv", ["; a comment", ";zenith;azimuth;wavelength;L"], rows, ";")
-    np.testing.assert_allclose(read_radiance_points(path)["sky_zenith_deg"], [10, 40, 60, 80])
-    path = write(tmp_path / "sky.csv", ["zenith (°),azimuth (°),radiance (µW cm-2 nm-1 sr-1)"], POINTS)
-    text = path.read_text(encoding="utf-8")
-    for encoding in ("utf-8", "utf-8-sig", "latin-1", "cp1252"):
-        path.write_bytes(text.encode(encoding))
-        np.testing.assert_allclose(read_radiance_points(path)["radiance"], [5e-4, 4e-4, 3e-4, 2e-4], rtol=1e-12)
-    path.write_bytes(text.encode("utf-16"))
-    with pytest.raises(sky.InputFileError, match=r"the file is UTF-16\n") as caught:
-        read_radiance_points(path)
-    assert len(caught.value.problems) == 1
-
-
-def test_arguments_win_over_the_file(tmp_path):
-    head = ["# azimuth: enu_from_east", "# radiance unit: relative", "zenith,azimuth,L"]
-    path = write(tmp_path / "sky.csv", head, POINTS)
-    how = {"azimuth_convention": "from_sun", "sun_azimuth_deg": 30.0, "radiance_unit": "mW/m2/nm/sr"}
-    points = read_radiance_points(path, **how)
-    np.testing.assert_allclose(points["sky_azimuth_deg"], [50.0, 140.0, 260.0, 20.0])
-    np.testing.assert_allclose(points["radiance"], [5e-5, 4e-5, 3e-5, 2e-5])
-    assert points["is_absolute"]
-    with pytest.raises(sky.UsageError, match="radiance unit 'lux' is not known; write --radiance-unit"):
-        read_radiance_points(path, radiance_unit="lux")
-    with pytest.raises(sky.UsageError, match=r"azimuth_convention: 'south' does not say whether azimuths count clockw"):
-        read_radiance_points(path, azimuth_convention="south")
-
-
-def test_gaps_are_counted_and_said(tmp_path):
-    rows = [*ROWS, (50, 50, 443, ""), (51, 50, 443, "nan"), (52, 50, 443, -999), (95, 0, 443, 1), ("", 0, 443, 1)]
-    head = ["# azimuth: enu_from_east", "zenith_deg,azimuth_deg,wavelength,radiance"]
-    measured = sky.read_radiance_csv(write(tmp_path / "sky.csv", head, rows))
+def test_gaps_are_counted_and_said(write):
+    rows = [*ROWS, (50, 50, 443, ""), (51, 50, 443, "NaN"), (52, 50, 443, -999), (95, 0, 443, 1), ("", 0, 443, 1)]
+    head = ["# azimuth: enu_from_east", "zenith_deg,azimuth_deg,wavelength_nm,radiance"]
+    measured = sky.read_radiance_csv(write(*head, rows=rows))
     assert len(measured.values[0]) == 4
     for said in (
         "3 of 8 radiances are gaps",
         "1 of 8 radiances are directions below the horizon",
         "1 radiances without direction or wavelength",
-        "no unit of radiance, so its light is relative (--radiance-unit",
+        "no unit of radiance is stated, so the light is relative (--radiance-unit",
     ):
         assert any(said in remark for remark in measured.remarks), said
 
 
-def table_of(tmp_path, rows, head="zenith_deg,azimuth_deg,radiance (mW m-2 nm-1 sr-1)"):
-    text = "\n".join(["# azimuth: from north", "# wavelength: 550 nm", head, *rows, ""])
-    (tmp_path / "sky.csv").write_text(text)
-    return tmp_path / "sky.csv"
-
-
-def test_quoted_cells_hold_separators(tmp_path):
+def test_quoted_cells_hold_separators(points):
     """RFC 4180: commas, semicolons and quotes in quotes, in names and rows; decimal commas there, too."""
-    head = 'zenith (deg),"azimuth (deg, clockwise from north)",radiance (mW m-2 nm-1 sr-1),"note; ""a"", b"'
-    rows = ['"0,5",0,"100,000","x, y"', '"40,0", "10,25" ,"82,899",', '60,"120,0","0,5","says ""no"""']
-    points = read_radiance_points(table_of(tmp_path, rows, head))
-    np.testing.assert_allclose(points["sky_zenith_deg"], [0.5, 40.0, 60.0])
-    np.testing.assert_allclose(points["sky_azimuth_deg"], [90.0, 79.75, 330.0])
-    np.testing.assert_allclose(points["radiance"], [0.1, 0.082899, 0.0005])
-    rows[1] = '"40,0",far,"82,899",'
-    with pytest.raises(sky.InputFileError) as caught:
-        read_radiance_points(table_of(tmp_path, rows, head))
-    (problem,) = caught.value.problems
-    assert (problem.line, problem.column, problem.width) == (5, 8, 3)
-    with pytest.raises(sky.InputFileError, match=r"'82\.899\.' is not a number"):
-        read_radiance_points(table_of(tmp_path, ['"40,0",10,"82,899,', *rows], head))
+    head = ["# decimal: comma", UNIT, NORTH, 'zenith_deg,"azimuth, deg",radiance,"note; ""a"", b"']
+    rows = [['"0,5",0,"100,000","x, y"'], ['"40,0", "10,25" ,"82,899",'], ['60,"120,0","0,5","says ""no"""']]
+    how = {"azimuth": "azimuth, deg", "angle_unit": "deg"}
+    found = points(*head, rows=rows, **how)
+    np.testing.assert_allclose(found["sky_zenith_deg"], [0.5, 40.0, 60.0])
+    np.testing.assert_allclose(found["sky_azimuth_deg"], [90.0, 79.75, 330.0])
+    np.testing.assert_allclose(found["radiance"], [0.1, 0.082899, 0.0005])
+    rows[1] = ['"40,0",far,"82,899",']
+    (problem,) = questions(points, *head, rows=rows, **how)
+    assert (problem.line, problem.column, problem.width) == (6, 8, 3)
 
 
-def test_a_column_of_letters_is_no_question_about_units(tmp_path):
-    with pytest.raises(sky.InputFileError) as caught:
-        read_radiance_points(table_of(tmp_path, ["40,N,1", "50,E,1"], "zenith,azimuth,radiance"))
-    assert [(p.code, p.line, p.column) for p in caught.value.problems] == [("E652", 4, 4), ("E652", 5, 4)]
-
-
-@pytest.mark.parametrize("delimiter", [";", "\t"])
+@pytest.mark.parametrize("delimiter", [";", "\t", ","])
 @pytest.mark.parametrize(
-    ("values", "read"),
+    ("values", "asked", "read"),
     [
-        (["829", "1.050", "2.310"], None), (["829", "1,050", "12,310"], None), (["7", "1.050", "879"], None),
-        (["829.0", "1.050", "2.31"], [829.0, 1.05, 2.31]), (["1.050", "2.310", "0.829"], [1.05, 2.31, 0.829]),
-        (["0,829", "1,050", "2"], [0.829, 1.05, 2.0]), (["1.050", "2.310", "3.000"], [1.05, 2.31, 3.0]),
-        (["1829", "1.050", "2.310"], [1829.0, 1.05, 2.31]), (["829", "1050", "2310"], [829.0, 1050.0, 2310.0]),
-    ],
-)  # fmt: skip
-def test_a_separator_of_thousands_is_a_question(tmp_path, delimiter, values, read):
-    """Excel of a German locale: 829 beside 1.050, which is 1050; the column alone can tell."""
-    rows = [delimiter.join((str(40 + k), str(100 * k), value)) for k, value in enumerate(values)]
-    path = table_of(tmp_path, rows, delimiter.join(("zenith_deg", "azimuth_deg", "radiance (W m-2 nm-1 sr-1)")))
-    if read is not None:
-        np.testing.assert_allclose(read_radiance_points(path)["radiance"], read)
-        return
-    with pytest.raises(sky.InputFileError) as caught:
-        read_radiance_points(path)
-    (problem,) = caught.value.problems
-    digits = values[1].replace(".", "").replace(",", "")
-    assert problem.message == f"'{values[1]}' beside '{values[0]}' may be {digits}, with a separator of thousands"
-    assert (problem.code, problem.line, problem.column) == ("E652", 5, 8)
-
-
-LINES = {
-    "# azimuths increase clockwise from north": None, "# Azimuth (deg): clockwise from north": None,
-    "# Azimuth - clockwise from north": None, "# phi: clockwise from north": None, "# All azimuths E of N": None,
-    "# Azimuth reference: north, clockwise": None, "# azimuth is not from north": "'not' is not understood",
-    "{}zenith angle: 0 = horizon, 90 = zenith": "but this line says '0 = horizon'",
-    "{}scale factor: 0.001": "this line says 'scale' besides the unit",
-    "{}Radiances multiplied by 1000": "this line says 'multiplied' besides the unit",
-    "{}radiance unit: W m-2 nm-1 sr-1": "beside 'mW m-2 nm-1 sr-1' of the column",
-    "{}sun zenith: 40\n# sun zenith: 50": "'50' after '40'",
-    "{}sun zenith: 40 above the horizon": "does not say where the sun is",
-    "{}sun azimuth: 1.5707963268 rad clockwise from south": 180.0, "{}Sun azimuth (deg from N): 200": 250.0,
-    "{}sun azimuth 200 clockwise from north": 250.0, "{}sun_azimuth_deg: 200": "'200' does not say where the sun is",
-    "{}scale_factor = 0.001": "this line says 'scale' besides the unit",
-    "{}values are in units of 10^-3 W": "this line says 'units of 10",
-    "{}multiply by 0.001": "this line says 'multiply' besides the unit",
-    "{}Radiance [W m-2 nm-1 sr-1]": "beside 'mW m-2 nm-1 sr-1' of the column",
-    "{}unit of L: mW/(m2 nm sr)": None,
-    "# azimuth: n/a": "does not say clearly",
-}  # fmt: skip
-"""Lines of a head with azimuths from north, and what is wrong with them, or the azimuth of the sun."""
-
-
-@pytest.mark.parametrize("head", LINES)
-def test_lines_of_a_head(head, tmp_path):
-    names = "zenith_deg,azimuth_deg,L_550 (mW m-2 nm-1 sr-1)"
-    lines = head.format("# azimuth: clockwise from north\n# ")
-    path = write(tmp_path / "t.csv", [lines, names], [(20, 90, 2), (40, 200, 1), (60, 300, 1)])
-    if isinstance(LINES[head], str):
-        with pytest.raises(sky.InputFileError, match=LINES[head]):
-            read_radiance_points(path)
-        return
-    points = read_radiance_points(path)
-    assert points["sky_azimuth_deg"][0] == 0.0
-    assert points["radiance"][0] == 0.002
-    assert points["sun_azimuth_deg"] == (None if LINES[head] is None else pytest.approx(LINES[head]))
-    other = read_radiance_points(path, sun_azimuth_deg=20.0)
-    assert other["sun_azimuth_deg"] == 20.0
-    assert any("in place of" in remark for remark in other["remarks"]) == (LINES[head] is not None)
-
-
-def test_a_mark_that_is_no_decimal_point_elsewhere_is_a_question(tmp_path):
-    """1,050 beside 829.5; 1.050 beside 829,5; or where the angles have the other mark. Commas leave points alone."""
-    points = read_radiance_points(table_of(tmp_path, ["0,0,829", "40,0,1.050", "60,0,2.310"]))
-    np.testing.assert_allclose(points["radiance"], [0.829, 0.00105, 0.00231])
-    rows = {",": ('"1,050"', "829.5"), ";": ("1.050", "829,5")}
-    for delimiter, (grouped, plain) in rows.items():
-        for values, angle in (((grouped, plain), "20"), ((grouped, grouped), "20" + plain[-2:])):
-            table = [(angle, 0, values[0]), (40, 90, values[1]), (60, 200, values[0])]
-            head = ["# wavelength: 550", "# azimuth: E of N", delimiter.join(["zenith_deg", "azimuth_deg", "radiance"])]
-            path = write(tmp_path / "t.csv", head, table, delimiter)
-            with pytest.raises(sky.InputFileError, match="may be 1050, with a separator of thousands"):
-                read_radiance_points(path)
-
-
-@pytest.mark.parametrize(
-    ("zenith", "azimuth", "head", "problem"),
-    [
-        ([0.0, 0.7, 1.4], [0, 120, 315], "zenith,azimuth", "zenith to 1.4 beside azimuth to 315"),
-        ([0, 40, 80], [0.0, 2.1, 5.5], "zenith,azimuth", "azimuth to 5.5 beside zenith to 80"),
-        ([0.0, 0.7, 1.4], [0.0, 2.1, 5.5], "zenith,azimuth", "degrees or radians"),
-        ([0.0, 0.7, 1.4], [0, 120, 315], "zenith_rad,azimuth", None),
-        ([0, 40, 80], [0, 0, 0], "zenith,azimuth", None),
-        ([0, 40, 80], [0, 120, 315], "zenith,azimuth", None),
+        (["829", "1.050", "2.310"], "'1.050' may be 1050", [829.0, 1.05, 2.31]),
+        (["1.050", "2.31", "0.829"], "'1.050' may be 1050", [1.05, 2.31, 0.829]),
+        (["1.050.000", "2.3", "1"], "'1.050.000' ", None),
+        (["0.829", "12.31", "0.5"], None, [0.829, 12.31, 0.5]),
+        (["829", "1050", "2310"], None, [829.0, 1050.0, 2310.0]),
     ],
 )
-def test_columns_of_two_kinds_of_angles_are_a_question(tmp_path, zenith, azimuth, head, problem):
-    rows = [f"{z},{a},{v}" for z, a, v in zip(zenith, azimuth, [3, 2, 1], strict=True)]
-    path = table_of(tmp_path, rows, f"{head},radiance (W m-2 nm-1 sr-1)")
-    if problem is None:
-        points = read_radiance_points(path)
-        assert points["sky_zenith_deg"].max() == pytest.approx(80.0, abs=0.3)
+def test_a_separator_of_thousands_is_a_question(points, delimiter, values, asked, read):
+    """Excel of a German locale: 829 beside 1.050, which is 1050; commas between columns leave points alone."""
+    rows = [(40 + k, 100 * k, value) for k, value in enumerate(values)]
+    how = {"rows": rows, "delimiter": delimiter}
+    head = delimiter.join(HEAD.split(","))
+    if asked and (delimiter != "," or read is None):
+        first = questions(points, NORTH, head, **how)[0]
+        assert first.message.startswith(asked)
+        assert (first.code, first.line) == ("E652", 3 + next(k for k, one in enumerate(values) if one in asked))
+    elif not asked:
+        np.testing.assert_allclose(points(NORTH, head, **how)["radiance"], read)
+    if read is not None:
+        np.testing.assert_allclose(points(NORTH, "# decimal: point", head, **how)["radiance"], read)
+        np.testing.assert_allclose(points(NORTH, head, decimal="point", **how)["radiance"], read)
+    if any("." in value for value in values):
+        problem = questions(points, NORTH, "# decimal: comma", head, **how)[0]
+        assert "has a point, and decimals have commas" in problem.message
+
+
+def test_commas_are_decimals_where_it_is_stated(points):
+    rows = [(40, 0, '"0,829"'), (50, 90, '"1,050"'), (60, 180, "2")]
+    problems = questions(points, NORTH, HEAD, rows=rows)
+    assert [one.message for one in problems] == ["'0,829' has a comma", "'1,050' has a comma"]
+    np.testing.assert_allclose(points(NORTH, HEAD, rows=rows, decimal="comma")["radiance"], [0.829, 1.05, 2.0])
+
+
+STATED = {
+    "# radiance unit: W m-2 nm-1 sr-1\n# radiance unit: mW m-2 nm-1 sr-1": "'mW m-2 nm-1 sr-1' after 'W m-2 nm-1 sr-1'",
+    "# Radiance_Unit = mW/(m2 nm sr)": {"factor": 0.001},
+    "# radiance unit: hundredths of W m-2 nm-1 sr-1": "is no unit of spectral radiance that is read",
+    "# angle unit: rad": "'rad' beside 'deg' of the column zenith_deg",
+    "# angle unit: degree": {},
+    "# wavelength: 0.55 um": {"nm": 550.0}, "# wavelength: 5500 angstrom": {"nm": 550.0},
+    "# wavelength: 550": "'550' is no wavelength", "# wavelength: 0.55 nm": "'0.55 nm' is no wavelength",
+    "# sun zenith: 40\n# sun zenith: 50": "'50' after '40'",
+    "# sun zenith: 40 above the horizon": "does not say where the sun is",
+    "# sun azimuth: 1.5707963268 rad clockwise from south": {"sun": 180.0},
+    "# sun azimuth: 200 clockwise from north": {"sun": 250.0}, "% sun azimuth: 200 NORTH_CLOCKWISE": {"sun": 250.0},
+    "# sun azimuth: 200": "'200' does not say where the sun is",
+    "# sun azimuth: 20 clockwise from the sun": "does not say where the sun is",
+    "# decimal: dot": "'dot' is no sign of decimals",
+    "# azimuth: 0 to 360": "'0 to 360' after 'clockwise from north'",
+}  # fmt: skip
+"""Lines of a head, and what they state or what is wrong with them."""
+
+
+@pytest.mark.parametrize("lines", STATED)
+def test_lines_of_a_head(points, lines):
+    stated = STATED[lines]
+    if isinstance(stated, str):
+        assert any(stated in one.message for one in questions(points, NORTH, lines, HEAD))
         return
-    with pytest.raises(sky.InputFileError, match=problem):
-        read_radiance_points(path)
+    found = points(NORTH, lines, HEAD)
+    assert found["radiance"][0] == 0.05 * stated.get("factor", 1.0)
+    assert found["is_absolute"] == ("factor" in stated)
+    assert found["sun_azimuth_deg"] == pytest.approx(stated.get("sun"))
+    assert (found["wavelength_nm"] is None) == ("nm" not in stated)
+    assert found["wavelength_nm"] is None or found["wavelength_nm"][0] == pytest.approx(stated["nm"], rel=1e-15)
 
 
-def test_fill_values_and_rounded_horizons(tmp_path):
-    """A fill value of the netCDF library is a gap; 1.5708 rad is the horizon."""
-    rows = ["0,0,5", "1.5708,0,4", "1.2,2.0,3", "1.0,4.0,9.969209968386869e+36"]
-    path = table_of(tmp_path, rows, "zenith_rad,azimuth_rad,radiance (W m-2 nm-1 sr-1)")
-    measured = sky.read_radiance_csv(path)
+ASKED = {
+    "a gon": (["zenith_gon,azimuth_deg,radiance"], GRID, "no column of zenith angles"),
+    "a cosine": (["mu,azimuth_deg,radiance"], GRID, "no column of zenith angles"),
+    "free names": (["zenith (deg),azimuth_deg,radiance"], GRID, "no column of zenith angles among 'zenith (deg)'"),
+    "upwelling": (["zenith_deg,azimuth_deg,radiance_upwelling"], GRID, "no column of radiances"),
+    "metres": (["zenith_deg,azimuth_deg,L_0.44um"], GRID, "no column of radiances"),
+    "relative azimuths": (["zenith_deg,relative_azimuth_deg,radiance"], GRID, "no column of azimuths"),
+    "names twice": ([HEAD, HEAD], GRID, "'zenith_deg' is not a number"),
+    "letters": ([HEAD], [(40, "N", 1), (50, "E", 1)], "'N' is not a number"),
+    "lines above": (["Instrument: EKO MS-321LR", HEAD], GRID, "no column of zenith angles among 'Instrument: EKO MS"),
+    "bars": (["zenith|azimuth|radiance"], [("|".join(map(str, row)),) for row in GRID], "no column of zenith angles"),
+    "two names": (["zenith_deg,azimuth_deg,azimuth_rad,radiance"], [(*row[:2], *row[1:]) for row in GRID],
+                  "are both azimuth"),
+    "a second 412": (["zenith_deg,azimuth_deg,L_412,L_412.1"], [(*row, 1) for row in GRID], "as pandas has it"),
+    "wavenumbers": (["zenith_deg,azimuth_deg,wavelength_nm,radiance"], [(z, a, 181818, v) for z, a, v in GRID],
+                    "'181818' is no wavelength"),
+    "nines": ([HEAD], [*GRID[:5], (40, 90, "9999.0"), *GRID[6:]], "1 radiance is 9999, and the next one is 170"),
+    "a fill of netCDF": ([HEAD], [*GRID[:5], (40, 90, 9.96921e36), *GRID[6:]], "is beyond all ranges"),
+    **{f"number {value}": ([HEAD], [(10, 0, value), *GRID[1:]], "a gap?") for value in (1e15, 65535.0)},
+    "upwards": ([HEAD], [*((180 - z, a, v) for z, a, v in GRID), *((90, a, 1) for a in (0, 120, 240))],
+                "no direction is above the horizon"),
+    "not available": ([HEAD], [(10, 0, "NA"), *GRID[1:]], "'NA' is not a number"),
+}  # fmt: skip
+"""Names of columns, rows, and the question."""
+
+
+@pytest.mark.parametrize("name", ASKED)
+def test_names_and_rows_that_are_a_question(points, name):
+    lines, rows, asked = ASKED[name]
+    assert any(asked in one.message for one in questions(points, NORTH, *lines, rows=rows))
+
+
+def test_the_nearest_name_is_offered(points):
+    (first,) = [one for one in questions(points, NORTH, "zenith (deg),azimuth_deg,radiance") if "zenith" in one.message]
+    assert "write --coordinate 'zenith=zenith (deg)' (zenith=)" in first.advice
+
+
+def test_other_wavelengths_side_by_side_are_read(points):
+    rows = [(*row, row[2], row[2]) for row in POINTS]
+    found = points(NORTH, "zenith_deg,azimuth_deg,L_412,L_412.5,radiance_413.1", rows=rows)
+    assert np.unique(found["wavelength_nm"]).tolist() == [412.0, 412.5, 413.1]
+    assert points(NORTH, "zenith_deg,azimuth_deg,L_412.10,L_412,x", rows=rows)["wavelength_nm"].min() == 412.0
+
+
+def test_what_is_not_used_is_named(points):
+    rows = [(*row, *range(7)) for row in POINTS]
+    found = points(NORTH, f"{HEAD},radiance_std,temp,a,b,c,d,e", rows=rows)
+    assert "not used: columns radiance_std, temp, a, b, c and 2 more" in found["remarks"]
+    assert not any(one.startswith("not used") for one in points(NORTH, HEAD)["remarks"])
+
+
+def test_a_fill_a_rounded_horizon_and_the_zenith(points):
+    """1.5708 rad is the horizon, and overhead all azimuths are one direction."""
+    lines = [UNIT, NORTH, "zenith_rad,azimuth_rad,radiance"]
+    rows = [(0, "", 5), (1.5708, 0, 4), (1.2, 2.0, 3), (1.0, 4.0, -9999)]
+    found = points(*lines, rows=rows)
+    measured = sky.RadianceField.from_points(**found)
     assert len(measured.values[0]) == 3
     assert measured.direction[0][:, 2].min() == 0.0
-    assert "1 of 4 radiances are gaps, and left out" in measured.remarks
-    assert not any("below the horizon" in remark for remark in measured.remarks)
+    assert measured.radiance(0.0, 0.0, 550.0) == pytest.approx(0.005)
+    assert not any("left out" in remark for remark in found["remarks"])
 
 
-def test_names_behind_a_comment_sign_and_other_columns():
+@pytest.mark.parametrize(("nines", "is_asked"), [("999.9", True), ("9999.99", True), ("99.9", False), ("1000", False)])
+def test_nines_with_decimals_are_a_question_too(points, nines, is_asked):
+    """One direction has the nines, others 110 to 170; at another wavelength radiances are larger than the nines."""
+    rows = [*GRID[:5], (40, 90, nines), *GRID[6:]]
+    wide = [(*row, 20000 + row[1]) for row in rows]
+    long = [(*row[:2], nm, value) for row in wide for nm, value in ((440, row[3]), (550, row[2]))]
+    for head, made in (
+        (HEAD, rows),
+        ("zenith_deg,azimuth_deg,L_550,L_440", wide),
+        ("zenith_deg,azimuth_deg,wavelength_nm,radiance", long),
+    ):
+        if not is_asked:
+            points(NORTH, head, rows=made)
+            continue
+        (problem,) = questions(points, NORTH, head, rows=made)
+        assert problem.message.startswith(f"1 radiance is {nines}, and the next one is 170; is")
+        assert "40,90," in problem.text
+
+
+def test_a_scan_that_is_repeated_has_its_mean_and_two_channels_are_refused(write):
+    again = sky.read_radiance_csv(write(NORTH, HEAD, rows=[*GRID, *((z, a, 1.05 * value) for z, a, value in GRID)]))
+    said = "12 of 12 directions come more than once, with radiances that differ by up to 4.8 %; they count with their"
+    assert any(one.startswith(said) for one in again.remarks)
+    twice = write(
+        NORTH, "zenith_deg,azimuth_deg,channel,radiance", rows=[(z, a, k, v * k) for z, a, v in GRID for k in (1, 2)]
+    )
+    with pytest.raises(sky.InputFileError, match=r"12 of 12 directions come more than once.*up to 50 %"):
+        sky.read_radiance_csv(twice)
+
+
+@pytest.mark.parametrize("comments", [(), ("# written by a program",)])
+def test_names_behind_a_comment_sign(points, comments):
+    rows = [(k, *row) for k, row in enumerate(GRID)]
+    found = points(NORTH, "% point\tzenith_deg\tazimuth_deg\tL_550", *comments, rows=rows, delimiter="\t")
+    assert found["wavelength_nm"][0] == 550.0
+    np.testing.assert_array_equal(found["radiance"], [row[-1] for row in GRID])
+    how = {"zenith": "vza", "azimuth": "vaa", "variable": "L", "angle_unit": "deg"}
+    stated = points(NORTH, *comments, "# point\tvza\tvaa\tL", rows=rows, delimiter="\t", **how)
+    np.testing.assert_array_equal(stated["radiance"], found["radiance"])
+    assert "not used: columns point" in stated["remarks"]
+
+
+def test_files_of_other_encodings(write):
+    path = write(NORTH, "# Messgerät: µ", "# radiance unit: µW cm-2 nm-1 sr-1", HEAD)
+    text = path.read_text(encoding="utf-8")
+    for encoding in ("utf-8", "utf-8-sig", "latin-1", "cp1252"):
+        path.write_bytes(text.encode(encoding))
+        np.testing.assert_allclose(
+            read_radiance_points(path, Stated())["radiance"], [5e-4, 4e-4, 3e-4, 2e-4], rtol=1e-12
+        )
+    path.write_bytes(text.encode("utf-16"))
+    with pytest.raises(sky.InputFileError, match=r"the file is UTF-16\n") as caught:
+        read_radiance_points(path, Stated())
+    assert len(caught.value.problems) == 1
+
+
+def test_good_files():
     measured = sky.read_radiance_csv(DATA / "radiance_csv" / "good" / "savetxt.csv")
     np.testing.assert_array_equal(measured.wavelength_nm, [443.0])
     assert not measured.is_absolute
     wide = sky.read_radiance_csv(DATA / "radiance_csv" / "good" / "wide_semicolons.csv")
     np.testing.assert_array_equal(wide.wavelength_nm, [412.0, 555.0])
     assert wide.sun_deg == pytest.approx((60.0, 225.0))
-    assert "columns not used: temp" in wide.remarks
+    assert "not used: columns temp" in wide.remarks
     assert wide.values[0].max() == pytest.approx(0.085)
+
+
+def test_the_page_shows_the_vocabulary():
+    """Every name of a coordinate and every key stands on the page of measured skies."""
+    page = (REPOSITORY / "docs" / "howto" / "measured_sky.md").read_text(encoding="utf-8")
+    for word in (
+        *KEYS,
+        *(name for name in NAMES if "_" not in name),
+        "radiance_q",
+        "L_412",
+        "wavelength_um",
+        "azimuth_rad",
+    ):
+        assert word in page, word
 
 
 GOOD = [path.read_text(encoding="utf-8") for path in sorted((DATA / "radiance_csv").glob("*/*.csv"))]
@@ -295,12 +387,12 @@ def test_a_mutated_table_is_points_or_a_message(tmp_path, text, changes):
     (tmp_path / "sky.csv").write_text(text, encoding="utf-8", newline="")
     problems = ()
     try:
-        points = read_radiance_points(tmp_path / "sky.csv")
+        found = read_radiance_points(tmp_path / "sky.csv", Stated())
     except sky.InputFileError as error:
         problems = error.problems
     assert all(problem.advice for problem in problems)
     if problems:
         return
-    assert points["sky_zenith_deg"].shape == points["sky_azimuth_deg"].shape == points["radiance"].shape
-    assert np.all(np.isfinite(points["sky_zenith_deg"]) & np.isfinite(points["sky_azimuth_deg"]))
-    assert not np.any(points["radiance"] < 0)
+    assert found["sky_zenith_deg"].shape == found["sky_azimuth_deg"].shape == found["radiance"].shape
+    assert np.all(np.isfinite(found["sky_zenith_deg"]) & np.isfinite(found["sky_azimuth_deg"]))
+    assert not np.any(found["radiance"] < 0)

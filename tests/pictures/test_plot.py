@@ -104,7 +104,7 @@ def test_the_azimuth_of_the_sun_may_be_that_of_a_compass():
     for convention in ("north_clockwise", "clockwise from north", sky.AzimuthConvention.NORTH_CLOCKWISE):
         figure = sky.plot(sky.UniformSky(), sun_deg=(60.0, 90.0), azimuth_convention=convention)
         assert marks_of(figure)["mark-sun"] == pytest.approx((60.0, 0.0), abs=1e-9)  # in the east
-    for convention, why in (("compass", "is not understood"), ("from the sun", "does not count from the sun")):
+    for convention, why in (("compass", "is no convention"), ("clockwise from the sun", "does not count from the sun")):
         with pytest.raises(UsageError, match=why):
             sky.plot(sky.UniformSky(), sun_deg=(60.0, 90.0), azimuth_convention=convention)
 

@@ -5,21 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from aomc_sky.formats.report import printable
+from aomc_sky.formats.report import printable, quoted
 
 _PLAIN = (
     "zenith angle", "viewing zenith angle", "view zenith angle", "azimuth", "azimuth angle", "viewing azimuth angle",
-    "view azimuth angle", "radiance", "sky radiance", "spectral radiance", "wavelength",
+    "view azimuth angle", "radiance", "sky radiance", "spectral radiance", "wavelength", "zenith_angle",
+    "sensor_zenith_angle", "platform_zenith_angle", "sensor_azimuth_angle", "platform_azimuth_angle",
+    "radiation_wavelength", "sensor_band_central_radiation_wavelength",
+    "downwelling_radiance_per_unit_wavelength_in_air",
 )  # fmt: skip
-"""Texts that say no more than a name does."""
+"""Texts that say no more than a name does, and standard names of CF alike."""
 _NEVER_QUOTED = (
-    "units", "bounds", "axis", "calendar", "coordinates", "cell_measures", "grid_mapping", "positive", "standard_name",
-    "_fillvalue", "missing_value", "valid_min", "valid_max", "valid_range", "scale_factor", "add_offset",
-    "ancillary_variables", "azimuth_convention", "sun_zenith_deg", "sun_azimuth_deg", "conventions", "history",
-    "institution", "source", "references",
+    "units", "unit", "bounds", "axis", "calendar", "coordinates", "cell_measures", "grid_mapping", "_FillValue",
+    "missing_value", "valid_min", "valid_max", "valid_range", "scale_factor", "add_offset", "azimuth_convention",
+    "sun_zenith_deg", "sun_azimuth_deg", "Conventions", "history", "institution", "source", "references",
 )  # fmt: skip
 """Attributes that state something, or where a file comes from."""
-MOST_TEXTS = 5
+_SPEAK_ALONE = ("long_name", "standard_name", "comment", "title", "description")
+MOST_TEXTS, MOST_NEARBY = 5, 3
 SAYS, UNUSED, BRIGHTEST = "the file says", "not used:", "brightest sky:"
 """How the three notes begin that are always shown: what a person should read."""
 
@@ -31,6 +34,18 @@ def quote(texts: Iterable[str]) -> list[str]:
     shown = [f'"{printable(text)}"' for text in list(said)[:MOST_TEXTS]]
     more = f"; and {len(said) - MOST_TEXTS} more" if len(said) > MOST_TEXTS else ""
     return [f"{SAYS} {'; '.join(shown)}{more} (texts change nothing)"] if said else []
+
+
+def with_texts(question: str, texts: Iterable[str]) -> str:
+    """A question, with what the file says in words nearby."""
+    said = "; ".join(f'"{printable(text)}"' for text in list(texts)[:MOST_NEARBY])
+    return f"{question}; its text says {said}" if said else question
+
+
+def instead(what: str, given: object, said: str) -> list[str]:
+    """The note of a caller's word that comes before another one of the file, a list of one; empty where they agree."""
+    name = what.removesuffix("_deg").replace("_", " ")
+    return [] if str(given) == said else [f"{name} {given} in place of {quoted(said)} of the file"]
 
 
 def unused_note(what: Mapping[str, Iterable[str]]) -> list[str]:
@@ -66,7 +81,6 @@ def texts_of(attributes: Mapping[str, Any]) -> list[str]:
     """What attributes say in words or numbers, beside those that state something: 'gain: 0.1'."""
     texts = []
     for name, value in attributes.items():
-        if str(name).lower() not in _NEVER_QUOTED:
-            text = " ".join(str(value).split())
-            texts.append(text if str(name) in ("long_name", "comment", "title", "description") else f"{name}: {text}")
+        if str(name) not in _NEVER_QUOTED:
+            texts.append(str(value) if str(name) in _SPEAK_ALONE else f"{name}: {value}")
     return texts

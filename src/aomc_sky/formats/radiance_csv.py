@@ -12,7 +12,7 @@ import numpy as np
 from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import NOWHERE, Span
 from aomc_sky.formats.azimuth import SAY_AZIMUTH, convention_of
-from aomc_sky.formats.quote import quote, unused_note
+from aomc_sky.formats.quote import instead, quote, unused_note, with_texts
 from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
@@ -123,13 +123,18 @@ class _Table:
                 self._read_comment(number, line)
             elif line.strip(" ,;\t") and not line.lower().startswith("sep="):
                 self.rows.append((number, line))
-        if names and self._names_columns(names[1]) and not (self.rows and self._names_columns(self.rows[0][1])):
+        first = self.rows[0][1] if self.rows else ""
+        is_of_numbers = bool(first) and _is_of_numbers(first)
+        if names and (is_of_numbers or (self._names_columns(names[1]) and not self._names_columns(first))):
             self.rows.insert(0, names)
             self.texts.pop(names[0], None)
         self.delimiter = delimiter_of(self.rows[0][1] if self.rows else "", DELIMITERS)
 
     def _bad(self, span: Span, message: str, advice: str, code: str = "E651") -> None:
-        self.report.at(span, code, message, advice=advice)
+        if not any(
+            (one.line, one.column, one.message) == (span.line, span.column, message) for one in self.report.problems
+        ):
+            self.report.at(span, code, message, advice=advice)
 
     def _read_comment(self, number: int, line: str) -> None:
         text = _without_sign(line)
@@ -143,16 +148,10 @@ class _Table:
         if self.head.setdefault(key, (match[2], span))[0] != match[2]:
             self._bad(span, f"{quoted(match[2])} after {quoted(self.head[key][0])}", "keep one of the two lines")
 
-    def _question(self, message: str) -> str:
-        """A question, with what the file says in words."""
-        said = "; ".join(quoted(text) for text in list(self.texts.values())[:3])
-        return f"{message}; its text says {said}" if said else message
-
     def _statement(self, name: str, given: object) -> tuple[str, Span] | None:
         """What the file states, or None where it does not or a caller's word comes before it."""
         if given is not None and name in self.head:
-            shown, place = name.removesuffix("_deg").replace("_", " "), self.head[name]
-            self.remarks.append(f"{shown} {given} in place of {quoted(place[0])} of the file")
+            self.remarks += instead(name, given, self.head[name][0])
         return self.head.get(name) if given is None else None
 
     def points(self) -> dict[str, Any]:
@@ -258,7 +257,7 @@ class _Table:
             advice = f"{advice}, or {say_coordinate(slot, names)}"
             if len(names) == 1:
                 advice = "write # before lines above the names, and commas, semicolons or tabs between columns"
-            self._bad(whole, self._question(f"there is no column of {what} among {shown}"), advice)
+            self._bad(whole, with_texts(f"there is no column of {what} among {shown}", self.texts.values()), advice)
         self.remarks += unused_note({"columns": unused})
         if not self.rows:
             self.report.add("E654", "the file has no row of numbers", advice="write a row for each direction")
@@ -279,7 +278,7 @@ class _Table:
             for one in columns:
                 text = cells[one.index]
                 try:
-                    one.values[k] = _number(text, one.role, decimal)
+                    one.values[k] = _number(text, decimal)
                 except BadValueError as problem:
                     span = cell_span(number, line, one.index, self.delimiter)
                     self._bad(span, problem.message, problem.advice, "E652")
@@ -320,17 +319,18 @@ class _Table:
     def _unit(self, column: _Column, key: str, units: dict[str, float], ask: str, advice: str) -> float:
         """One unit of a column by a caller, its name or the head, which must not differ; NaN after a question."""
         given = getattr(self.stated, key)
-        if given is not None:
-            return units[plain_unit(given)]
         said = [(column.unit, column.span)] if column.unit else []
         said += [self.head[key]] if key in self.head else []
+        if given is not None:
+            self.remarks += [one for text, _ in said for one in instead(key, given, text) if one not in self.remarks]
+            return units[plain_unit(given)]
         for text, span in said:
             if plain_unit(text) not in units:
                 self._bad(span, f"{quoted(text)} is no unit that is read", advice)
             elif units[plain_unit(text)] != units.get(plain_unit(said[0][0])):
                 self._bad(span, f"{quoted(text)} beside {quoted(said[0][0])} of the column {column.name}", advice)
         if not said:
-            self._bad(column.span, self._question(ask), advice)
+            self._bad(column.span, with_texts(ask, self.texts.values()), advice)
         return units.get(plain_unit(said[0][0]), np.nan) if said else np.nan
 
     def _angle(self, column: _Column) -> np.ndarray:
@@ -370,7 +370,7 @@ class _Table:
         if found is None:
             if self.stated.convention is None and column is not None:
                 message = f"nothing says from where the azimuths {quoted(column.name)} count and which way"
-                self._bad(column.span, self._question(message), _AZIMUTH_LINE)
+                self._bad(column.span, with_texts(message, self.texts.values()), _AZIMUTH_LINE)
             return self.stated.convention
         convention = convention_of(found[0])
         if convention is None:
@@ -393,6 +393,8 @@ class _Table:
         """Wavelength of each radiance, None where the file has none. [nm]"""
         n = light[0].values.size
         unnamed = [one for one in light if one.wavelength_nm is None]
+        if "wavelength" in self.head and (column is not None or len(unnamed) < len(light)):
+            self._bad(self.head["wavelength"][1], "a wavelength here, and in the columns", "keep one of the two")
         if len(unnamed) < len(light):
             if unnamed or column is not None:
                 advice = "keep one of the two, and give the other columns other names"
@@ -415,7 +417,13 @@ class _Table:
         return np.full(n, value)
 
 
-def _number(text: str, role: str, decimal: str) -> float:
+def _is_of_numbers(line: str) -> bool:
+    """Whether a row has numbers and gaps alone."""
+    cells = split_row(line, delimiter_of(line, DELIMITERS))
+    return not any(cell.lower() not in GAPS and any(map(str.isalpha, cell[:1])) for cell in cells)
+
+
+def _number(text: str, decimal: str) -> float:
     """The number of a cell, NaN for a gap."""
     if text.lower() in GAPS:
         return np.nan

@@ -17,7 +17,7 @@ _DECADES = {
 }
 """Units with their exponents, and the decade of each in W m-2 nm-1 sr-1."""
 _SIGNS = str.maketrans("µμ⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹\N{MINUS SIGN}·_", "uu+-0123456789-*/")
-_NUMBER = r"10\^[-+]?\d{1,2}|\d{1,9}(?:\.\d{1,9})?(?:[eE][-+]?\d{1,2})?"
+_NUMBER = r"10(?:\^[-+]?|[-+])\d{1,2}|\d{1,9}(?:\.\d{1,9})?(?:[eE][-+]?\d{1,2})?"
 _TOKEN = re.compile(
     rf"[ *]*(?P<below>/|\bper\b)? *(?P<number>(?:{_NUMBER})(?![\d.^]))?[ *]*"
     r"(?P<unit>[kmun]?W|angstrom|nm|um|cm|mm|m|sr)?(?P<exponent>\^?[-+]?\d)?(?:(?![A-Za-z\d^])|(?<=W)(?=[cm]?m))"
@@ -43,7 +43,7 @@ def radiance_factor(unit: str) -> float | None:
             return None
         below = -1 if token["below"] else 1
         if token["number"]:
-            base, _, power = token["number"].partition("^")
+            base, _, power = re.sub(r"^10\^?(?=[-+])", "10^", token["number"]).partition("^")
             if number is not None or not float(base):
                 return None
             number = (Fraction(base) ** int(power or 1)) ** below

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +10,8 @@ import numpy as np
 from aomc_sky.directions import EDGE_DEG, AzimuthConvention, at_quarter_deg, to_enu_azimuth_deg, within_sky_deg
 from aomc_sky.errors import FieldError
 from aomc_sky.formats.azimuth import OURS, SAY_AZIMUTH, convention_of, words_of
-from aomc_sky.formats.quote import texts_of
+from aomc_sky.formats.quote import instead, texts_of, with_texts
+from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
     CF_CLOCKWISE,
@@ -52,10 +53,15 @@ class Axis(NamedTuple):
     bounds: np.ndarray | None  #: CF bounds (n, 2) of a coordinate with one dimension
     absent_bounds: str  #: Name of bounds that the coordinate has and the field has not, or an empty text
 
+    @property
+    def units(self) -> list[str]:
+        """Units by its name and its attribute."""
+        stated = (str(self.attributes.get(key, "")) for key in ("units", "unit"))
+        return [text for text in (NAMES.get(self.name.lower(), ("", ""))[1], *stated) if text.strip()]
+
     def question(self, message: str, beside: Mapping[str, Any] | None = None) -> str:
         """A question, with what the coordinate and the file say in words."""
-        said = [*texts_of(self.attributes), *texts_of(beside or {})][:3]
-        return f"{message}; its text says {'; '.join(map(quoted, said))}" if said else message
+        return with_texts(message, [*texts_of(self.attributes), *texts_of(beside or {})])
 
 
 def bounds_name(coordinate: Any) -> str:
@@ -118,9 +124,7 @@ def _scale(
     axis: Axis, given: str | None, units: Mapping[str, float], argument: str, advice: str, questions: Questions
 ) -> float:
     """One unit of a coordinate by the caller, its name and its attribute, which must not differ; 1 after a question."""
-    stated = str(axis.attributes.get("units", axis.attributes.get("unit", "")))
-    said = [given] if given is not None else [NAMES.get(axis.name.lower(), ("", ""))[1], stated]
-    said = [text for text in said if text.strip()]
+    said = [given] if given is not None else axis.units
     unknown = [text for text in said if plain_unit(text) not in units]
     scales = {units[plain_unit(text)] for text in said if text not in unknown}
     if len(scales) == 1 and not unknown:
@@ -231,6 +235,91 @@ def wavelengths_nm(axis: Axis, stated: Stated, questions: Questions) -> np.ndarr
         message = f"coordinate {axis.name!r} has wavelengths of {shown} nm; {LEAST_NM:g} to {MOST_NM:g} are read"
         questions.append(FieldError(message, f"{SAY_LENGTH}, or correct its attribute units", "wavelength_unit"))
     return values
+
+
+class Statements(NamedTuple):
+    """What a field and its caller state."""
+
+    zenith: Axis
+    azimuth: Axis | None
+    wavelength: Axis | None
+    zenith_scale: float  #: One unit of the angle [deg]
+    azimuth_scale: float
+    convention: AzimuthConvention | None  #: None without azimuths
+    wavelength_nm: np.ndarray
+    radiance_unit: float | None  #: In W m-2 nm-1 sr-1, 0 for relative light, None where nothing says it
+    remarks: tuple[str, ...]  #: Words of the caller that come before others of the file
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """The coordinates that the field has."""
+        return tuple(one for one in (self.zenith, self.azimuth, self.wavelength) if one is not None)
+
+
+def statements(field: Any, bounds: Mapping[str, Any], of_file: Mapping[str, Any], stated: Stated) -> Statements:
+    """What is stated of a field; FieldError with all questions that are left open."""
+    questions: Questions = []
+    axes: list[Axis | None] = []
+    for role in ("zenith", "azimuth", "wavelength"):
+        try:
+            axes.append(axis_of(field, role, stated, bounds))
+        except FieldError as error:
+            axes.append(None)
+            questions.append(error)
+    zenith, azimuth, wavelength = axes
+    unit = _radiance_unit(field, stated.radiance_unit, questions)
+    scales = [1.0 if axis is None else angle_scale(axis, stated, questions) for axis in (zenith, azimuth)]
+    beside = {**of_file, **field.attrs}
+    convention = None if azimuth is None else azimuth_convention(azimuth, stated, beside, questions)
+    nm = np.array([550.0]) if wavelength is None else wavelengths_nm(wavelength, stated, questions)
+    if zenith is not None:
+        _ask_of_dimensions(field, [axis for axis in axes if axis is not None], questions)
+    if zenith is None or questions:
+        first = questions[0]
+        raise FieldError(first.message, first.advice, first.argument, questions[1:])
+    pairs = [("angle_unit", stated.angle_unit, axis.units) for axis in (zenith, azimuth) if axis is not None]
+    pairs += [("wavelength_unit", stated.wavelength_unit, [] if wavelength is None else wavelength.units)]
+    pairs += [
+        ("radiance_unit", stated.radiance_unit, [str(field.attrs[key]) for key in ("units",) if key in field.attrs])
+    ]
+    if azimuth is not None:
+        said = azimuth.attributes.get("azimuth_convention", beside.get("azimuth_convention"))
+        given = None if stated.convention is None else words_of(stated.convention)
+        pairs += [("azimuth_convention", given, [] if said is None else [str(said)])]
+    remarks = dict.fromkeys(
+        one for what, given, said in pairs if given for text in said for one in instead(what, given, text)
+    )
+    return Statements(zenith, azimuth, wavelength, scales[0], scales[1], convention, nm, unit, tuple(remarks))
+
+
+def _radiance_unit(field: Any, given: str | None, questions: Questions) -> float | None:
+    """One unit of the values in W m-2 nm-1 sr-1, None where nothing says it."""
+    said = {name: str(text).strip() for name, text in field.attrs.items() if name in ("units", "unit")}
+    unit = given if given is not None else next(iter(said.values()), "")
+    if not unit:
+        return None
+    factor = radiance_factor(unit)
+    if factor is None:
+        message = f"the unit {unit!r} of the field is none of spectral radiance that is read"
+        questions.append(FieldError(message, SAY_UNIT, "radiance_unit"))
+    elif given is None and len({radiance_factor(text) for text in said.values()}) > 1:
+        message = f"the field has units {said['units']!r} and unit {said['unit']!r}"
+        questions.append(FieldError(message, SAY_UNIT, "radiance_unit"))
+    return factor
+
+
+def _ask_of_dimensions(field: Any, axes: Sequence[Axis], questions: Questions) -> None:
+    """Ask for dimensions of which nothing says what they are."""
+    known = {dim for axis in axes for dim in axis.dims}
+    roles = sorted({"azimuth", "wavelength"} - {axis.role for axis in axes})
+    for dim, size in zip(map(str, field.dims), field.shape, strict=True):
+        if dim in known or size == 1:
+            continue
+        ways = [f"--coordinate {role}={dim} ({role}={dim!r})" for role in roles if dim in field.coords]
+        ways.append(f"--isel {dim}=0, or field.isel({dim}=0), for one of it")
+        message = f"the field has a dimension {dim!r} of {size} besides angles and wavelength"
+        more = "; azimuths need --azimuth-convention, too" if "azimuth" in roles and dim in field.coords else ""
+        questions.append(FieldError(message, f"write {', or '.join(ways)}{more}", "isel"))
 
 
 def radiances(field: Any) -> np.ndarray:

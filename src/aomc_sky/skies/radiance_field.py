@@ -8,22 +8,9 @@ import numpy as np
 
 from aomc_sky.directions import EDGE_DEG, AzimuthConvention, sin_cos_deg, travel_from_sky
 from aomc_sky.errors import FieldError
-from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.formats.radiance_words import MAX_RADIANCE, Stated, by_wavelength, doubt_of_gaps
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.field_axes import (
-    SAY_BOUNDS,
-    Axis,
-    Azimuths,
-    Questions,
-    angle_scale,
-    axis_of,
-    azimuth_convention,
-    azimuths,
-    radiances,
-    wavelengths_nm,
-    zenith_deg,
-)
+from aomc_sky.skies.field_axes import SAY_BOUNDS, Axis, Azimuths, azimuths, radiances, statements, zenith_deg
 from aomc_sky.skies.field_choice import Chosen, sun_of
 from aomc_sky.skies.patch_integrals import slopes_of
 from aomc_sky.skies.quadrature import POINTS, angles_at, centres_deg, weighted_sum, zeniths_at
@@ -53,45 +40,34 @@ def read_radiance_field(
     between them. Those of scattered directions, and fields with NaN, are interpolated on the sphere to `grid`, with
     the sun as `RadianceField` has it.
     """
-    field, questions = chosen.radiance, Questions()
-    zenith, azimuth, wavelength = (
-        axis_of(field, one, stated, chosen.bounds) for one in ("zenith", "azimuth", "wavelength")
-    )
-    assert zenith is not None
-    axes = tuple(one for one in (zenith, azimuth, wavelength) if one is not None)
-    remarks: list[str] = []
-    unit = _unit(field, stated.radiance_unit, remarks, questions)
-    scale = angle_scale(zenith, stated, questions)
-    turn, convention = 1.0, None
-    if azimuth is not None:
-        turn = angle_scale(azimuth, stated, questions)
-        convention = azimuth_convention(azimuth, stated, chosen.attributes | field.attrs, questions)
-    wavelength_nm = np.array([550.0]) if wavelength is None else wavelengths_nm(wavelength, stated, questions)
-    _ask_of_dimensions(field, axes, questions)
-    if questions:
-        first = questions[0]
-        raise FieldError(first.message, first.advice, first.argument, questions[1:])
+    field = chosen.radiance
+    said = statements(field, chosen.bounds, chosen.attributes, stated)
+    remarks = list(said.remarks)
+    zenith, azimuth, wavelength, convention = said.zenith, said.azimuth, said.wavelength, said.convention
+    wavelength_nm = said.wavelength_nm
+    if said.radiance_unit is None:
+        remarks.append("no unit of radiance is stated, so the light is relative (--radiance-unit says one)")
     sun = sun_of(chosen, sun, convention)
     columns = None
     if azimuth is None or convention is None:
         remarks.append("the field has no azimuth, so its sky is the same all around")
     else:
-        columns = azimuths(azimuth, turn, convention, sun[1], remarks)
+        columns = azimuths(azimuth, said.azimuth_scale, convention, sun[1], remarks)
     if wavelength is None:
         remarks.append("the field has no wavelength, so its sky is the same at all wavelengths")
     point_nm = None if wavelength is None else _nm_of_points(field, zenith, azimuth, wavelength, wavelength_nm)
     row_wavelength, n_rows = (wavelength, wavelength_nm.size) if point_nm is None else (None, 1)
     values = _values(field, zenith, azimuth, row_wavelength, n_rows)
-    angle = zenith_deg(zenith, zenith.values, scale)
+    angle = zenith_deg(zenith, zenith.values, said.zenith_scale)
     has_bounds = any(one is not None and (one.bounds is not None or one.absent_bounds) for one in (zenith, azimuth))
-    settled = {"radiance_unit": unit, "has_wavelength": wavelength is not None}
+    settled = {"radiance_unit": said.radiance_unit or 0.0, "has_wavelength": wavelength is not None}
 
     def made(nm: np.ndarray, means: np.ndarray, slope: np.ndarray | None, patches: PatchGrid) -> Made:
         table = {"wavelength_nm": nm, "values": means, "slope": slope, "grid": patches, "remarks": tuple(remarks)}
-        return Made({**table, **settled}, sun, convention, tuple(one.name for one in axes))
+        return Made({**table, **settled}, sun, convention, tuple(one.name for one in said.axes))
 
     if columns is None or zenith.dims != azimuth.dims:  # type: ignore[union-attr]
-        edges = None if zenith.bounds is None else zenith_deg(zenith, zenith.bounds, scale)
+        edges = None if zenith.bounds is None else zenith_deg(zenith, zenith.bounds, said.zenith_scale)
         gaps: list[str] = []
         angle, values, rings = _rings(zenith, angle, edges, values, remarks, gaps)
         turned, values, bounds_of_columns = _columns(azimuth, columns, values, remarks, gaps)
@@ -115,37 +91,6 @@ def read_radiance_field(
     grid = PatchGrid.regular(90, 180) if grid is None else grid
     wavelength_nm, values, slope = _interpolated((angle, turned), values, wavelength_nm, point_nm, grid, sun, remarks)
     return made(wavelength_nm, values, None if has_bounds else slope, grid)
-
-
-def _unit(field: Any, given: str | None, remarks: list[str], questions: Questions) -> float:
-    """One unit of the values in W m-2 nm-1 sr-1, 0 for relative ones."""
-    said = {name: str(text).strip() for name, text in field.attrs.items() if name in ("units", "unit")}
-    unit = given if given is not None else next(iter(said.values()), "")
-    if not unit:
-        remarks.append("no unit of radiance is stated, so the light is relative (--radiance-unit says one)")
-        return 0.0
-    factor = radiance_factor(unit)
-    if factor is None:
-        message = f"the unit {unit!r} of the field is none of spectral radiance that is read"
-        questions.append(FieldError(message, SAY_UNIT, "radiance_unit"))
-    elif given is None and len({radiance_factor(text) for text in said.values()}) > 1:
-        message = f"the field has units {said['units']!r} and unit {said['unit']!r}"
-        questions.append(FieldError(message, SAY_UNIT, "radiance_unit"))
-    return factor or 0.0
-
-
-def _ask_of_dimensions(field: Any, axes: tuple[Axis, ...], questions: Questions) -> None:
-    """Ask for dimensions of which nothing says what they are."""
-    known = {dim for axis in axes for dim in axis.dims}
-    roles = {"azimuth", "wavelength"} - {axis.role for axis in axes}
-    for dim, size in zip(map(str, field.dims), field.shape, strict=True):
-        if dim in known or size == 1:
-            continue
-        ways = [f"--coordinate {role}={dim} ({role}={dim!r})" for role in sorted(roles) if dim in field.coords]
-        ways.append(f"--isel {dim}=0, or field.isel({dim}=0), for one of it")
-        message = f"the field has a dimension {dim!r} of {size} besides angles and wavelength"
-        more = "; azimuths need --azimuth-convention, too" if "azimuth" in roles and dim in field.coords else ""
-        questions.append(FieldError(message, f"write {', or '.join(ways)}{more}", "isel"))
 
 
 def _above(

@@ -80,6 +80,7 @@ def test_the_sun_of_a_measured_sky_comes_before_that_of_amc_inp(tmp_path):
 
 
 def test_the_manifest_has_the_sun_of_the_beam():
+    from aomc_sky.formats.sky_toml.sections import FieldSection
     from aomc_sky.inputs import Entrance
     from aomc_sky.source.light.inputs import given_inputs
     from aomc_sky.source.read.radiance_scene import measured_scene
@@ -87,7 +88,7 @@ def test_the_manifest_has_the_sun_of_the_beam():
     given = given_inputs(
         Entrance.OPTIONS, sun={"zenith_deg": 30.0, "disc": True}, perez={"dni": 700.0, "dhi": 120.0, "spectrum": "flat"}
     )
-    scene = measured_scene(INPUTS / "measured" / "sky.csv", given)
+    scene = measured_scene(FieldSection(file=str(INPUTS / "measured" / "sky.csv")), given)
     assert scene.components[0].law.name == "DISC"
     sun = scene.options["sun"]
     assert (sun["zenith_deg"], sun["azimuth_deg"], sun["disc"]) == (30.0, pytest.approx(135.0), True)

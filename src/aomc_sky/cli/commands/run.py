@@ -41,7 +41,7 @@ examples:
 _OPTIONS = """\
 --out DIR                     run folder (default: aomc-sky-out beside the scene); - with --format raw
 --seed
---wavelengths NM...           without AMC_INP, or of a measured sky: the wavebands, with blanks or commas
+--wavelengths --wavelength NM...  without AMC_INP, or of a measured sky: the wavebands, with blanks or commas
 """
 _OUTPUT = f"""\
 {cli_options.SAMPLING}\

@@ -45,7 +45,7 @@ what is checked:
 photons of another code:
 --scene AMC_INP               amc.inp (or measured sky) of the scene that they should come from; of a run folder, the
                               scene that its plan is compared with, read as `aomc-sky run` read it
---wavelengths NM...           of a measured sky: the wavebands, as `aomc-sky run` had them, with blanks or commas
+--wavelengths --wavelength NM...  of a measured sky: the wavebands, as `aomc-sky run` had them, with blanks or commas
 --method iid|stratified       how they depend on each other: independent draws (iid), or spread more evenly than
                               chance; default: what the head of an MCPL file of ours says, and iid of others
 --frame up|down               which way z grows in their directions (default up; AOMC's is down)

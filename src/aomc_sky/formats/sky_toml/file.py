@@ -260,6 +260,8 @@ class SectionReader:
         elif "table" not in sky and (model is None or model in DIFFUSE_MODELS):  # another sky may have such options
             for name in (name for name in FIELD_KEYS if name in sky):
                 self._contradict(("sky", name), f"{name} without table", 'add table = "field.nc"')
+        if "zenith" in sky and "elevation" in sky:
+            self._contradict(("sky", "elevation"), "zenith and elevation name the same angle", "remove one of them")
         for one, other in (("variable_q", "variable_u"), ("variable_u", "variable_q")):
             if "table" in sky and one in sky and other not in sky:
                 self._contradict(("sky", one), f"{one} without {other}", f"add {other}")

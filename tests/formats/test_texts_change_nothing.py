@@ -1,0 +1,119 @@
+"""Sentences of scientists in eight languages beside a table and a field: the light is the same, and they are quoted."""
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+
+xarray = pytest.importorskip("xarray")
+
+ZENITH, AZIMUTH = np.array([10.0, 40.0, 70.0]), np.arange(0.0, 360.0, 45.0)
+VALUES = 100.0 + ZENITH[:, None] + AZIMUTH / 10
+SENTENCES = [
+    # factors and scales
+    "Radiances were stored as thousand-fold integers.", "Take the numbers times 0.01.", "Values are decibels.",
+    "1 count = 0.001 W m-2 nm-1 sr-1", "L is in hundredths of W m-2 nm-1 sr-1.", "scale factor: 0.001", "gain = 12",
+    "Radiances x 1000", "multiply by pi to get irradiance", "log10 of the radiances", "ln(L), L in W m-2 nm-1 sr-1",
+    "All radiances are in mW m-2 nm-1 sr-1.", "Radiances per 10 nm band", "normalized to the zenith radiance",
+    "values are cosine-weighted", "L multiplied by the solid angle of the pixel", "dark counts not subtracted",
+    "Saturated pixels have the value 150.",
+    # angles
+    "Zenith is counted up from the horizontal plane.", "measured from straight down", "nadir angles, 180 is overhead",
+    "Angles give where the photons are heading.", "directions of propagation", "zenith: elevation above the horizon",
+    "angles in gradians", "the zenith angle is the cosine of it", "mu = cos(theta)", "roll and pitch not corrected",
+    # azimuths
+    "Azimuth from magnetic north, declination 3 E", "azimuths relative to the ship's heading", "x = north, y = east",
+    "mirrored east-west, as seen from below", "0 is the sun, increasing to the left", "phi = 180 towards the sun",
+    "pvlib convention", "For azimuths see the manual of the instrument.", "N-E-S-W", "frame NED", "azimuth zero at the bow, starboard positive",
+    # others
+    "Die Azimute zählen im Uhrzeigersinn von Norden.", "Werte mal 1000 genommen", "Zenitwinkel vom Horizont aus",
+    "Strahldichten in Mikrowatt je Quadratzentimeter", "Les azimuts sont comptés depuis le sud, vers l'ouest.",
+    "Les luminances sont multipliées par 100.", "angles par rapport à l'horizon",
+    "Los ángulos de acimut se cuentan desde el norte.", "radiancias divididas por mil",
+    "Os azimutes contam do sul para o oeste.", "valores em logaritmo decimal",
+    "Gli azimut sono contati da est in senso antiorario.", "le radianze sono in unità arbitrarie",
+    "Азимут отсчитывается от севера по часовой стрелке.", "Яркости умножены на 1000.", "угол места, а не зенитный угол",
+    "方位角: 北から時計回り", "放射輝度は1000倍してある", "天頂角ではなく高度角", "方位角从正北顺时针计算", "数值已乘以一千", "辐亮度单位为毫瓦",
+    "Promedio de tres barridos, en centésimas.", "Einheit siehe Handbuch",
+]  # fmt: skip
+STATED = ["# azimuth: clockwise from north", "# radiance unit: W m-2 nm-1 sr-1"]
+
+
+def table(path, *lines):
+    rows = [
+        f"{z:g},{a:g},{v:.17g}"
+        for z, row in zip(ZENITH, VALUES, strict=True)
+        for a, v in zip(AZIMUTH, row, strict=True)
+    ]
+    path.write_text("\n".join([*lines, "zenith_deg,azimuth_deg,radiance", *rows, ""]), encoding="utf-8")
+    return sky.read_radiance_csv(path)
+
+
+def field(*, file="", light="", zenith="", azimuth="", convention="clockwise from north"):
+    stated = {"azimuth_convention": convention} if convention else {}
+    coords = {
+        "zenith": ("zenith", ZENITH, {"units": "degree", "long_name": zenith}),
+        "azimuth": ("azimuth", AZIMUTH, {"units": "degree", "comment": azimuth, **stated}),
+    }
+    light = (("zenith", "azimuth"), VALUES, {"units": "W m-2 nm-1 sr-1", "comment": light})
+    return sky.TabulatedSky.from_xarray(xarray.Dataset({"radiance": light}, coords, {"title": file}))
+
+
+def is_quoted(sentence, remarks):
+    return any(one.startswith("the file says") and f'"{sentence}"' in one for one in remarks)
+
+
+def test_there_are_sixty_in_eight_languages():
+    assert len(set(SENTENCES)) == len(SENTENCES) >= 60
+
+
+@pytest.mark.parametrize("sentence", SENTENCES)
+def test_beside_a_table(sentence, tmp_path):
+    """A line of a stated table changes no bit and is quoted; a table that states nothing is asked, and it is quoted."""
+    silent, spoken = table(tmp_path / "a.csv", *STATED), table(tmp_path / "b.csv", *STATED, f"# {sentence}")
+    np.testing.assert_array_equal(spoken.values[0], silent.values[0])
+    np.testing.assert_array_equal(spoken.direction[0], silent.direction[0])
+    assert spoken.is_absolute
+    assert spoken.sun is None
+    assert is_quoted(sentence, spoken.remarks)
+    assert not any(one.startswith("the file says") for one in silent.remarks)
+    with pytest.raises(sky.InputFileError, match="nothing says from where") as error:
+        table(tmp_path / "c.csv", f"# {sentence}")
+    assert f'its text says "{sentence}"' in str(error.value)
+
+
+@pytest.mark.parametrize("sentence", SENTENCES)
+def test_beside_a_field(sentence):
+    """As title of the file, text of the radiance or of an angle."""
+    silent = field()
+    assert not any(one.startswith("the file says") for one in silent.remarks)
+    for place in ("file", "light", "zenith", "azimuth"):
+        spoken = field(**{place: sentence})
+        np.testing.assert_array_equal(spoken.values, silent.values)
+        np.testing.assert_array_equal(spoken.slope, silent.slope)
+        assert spoken.grid == silent.grid
+        assert (spoken.radiance_unit, spoken.has_wavelength) == (1.0, False)
+        assert is_quoted(sentence, spoken.remarks)
+    with pytest.raises(sky.SceneError, match="nothing says from where azimuth 'azimuth' counts") as error:
+        field(azimuth=sentence, convention="")
+    assert f'its text says "{sentence}"' in str(error.value)
+
+
+def test_many_and_long_texts_are_cut(tmp_path):
+    lines = [f"# text {k} {'x' * 300}\x1b[31m" for k in range(8)]
+    (note,) = [one for one in table(tmp_path / "a.csv", *STATED, *lines).remarks if one.startswith("the file says")]
+    assert note.count('"text') == 5
+    assert "; and 3 more (texts change nothing)" in note
+    assert note.isprintable()
+    assert len(note) < 1200
+
+
+def test_plain_texts_are_not_quoted():
+    angles = {
+        "zenith": ("zenith", ZENITH, {"units": "deg", "long_name": "Viewing zenith angle"}),
+        "azimuth": ("azimuth", AZIMUTH, {"units": "degree_true", "standard_name": "sensor_azimuth_angle"}),
+    }
+    light = (("zenith", "azimuth"), VALUES, {"units": "W m-2 nm-1 sr-1", "long_name": "Radiance"})
+    of_file = {"Conventions": "CF-1.11", "history": "made", "institution": "a place", "source": "a radiometer"}
+    remarks = sky.TabulatedSky.from_xarray(xarray.Dataset({"radiance": light}, angles, of_file)).remarks
+    assert not any(one.startswith(("the file says", "not used")) for one in remarks)
