@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.fault_rows import command
-from tests.support.fields import field_of
+from tests.support.fields import FROM_EAST, field_of
 from tests.support.shared import INPUTS
 
 SKY = INPUTS / "measured" / "sky.csv"
@@ -77,7 +77,11 @@ def test_run_of_a_radiance_field(field_file, tmp_path, told):
     units = ("--radiance-unit", "mW m-2 nm-1 sr-1", "--out", out / "u", "--json")
     (band,) = json.loads(told("run", field_file, *units).out)["bands"]
     assert band["irradiance_W_m2_nm"] == pytest.approx(np.pi / 1e3, rel=1e-3)
-    assert "not used with a field" in told("run", field_file, "--sun-zenith", "30", "--out", out / "c", code=2).err
+    sun = ("--sun-zenith", 60, "--sun-azimuth", -90)
+    told("run", field_file, *sun, "--dry-run")
+    said = told("run", field_file, *sun, "--azimuth-convention", "clockwise from south", "--dry-run").err
+    assert "aomc-sky: warning: the brightest sky is in the north" in said
+    assert "clockwise from north" in said
 
 
 def test_one_index_of_a_dimension_and_wavelengths_of_a_grey_field(field_file, tmp_path, told):
@@ -99,7 +103,7 @@ def test_one_index_of_a_dimension_and_wavelengths_of_a_grey_field(field_file, tm
 def test_the_only_table_of_a_folder(tmp_path, told):
     """A folder with one table is validated, and `run` names the table; of two none is chosen."""
     path = tmp_path / "sky.tsv"
-    path.write_text("zenith_deg\tazimuth_deg\tL_550\n10\t0\t1\n40\t120\t1\n40\t240\t1\n70\t60\t1\n")
+    path.write_text("# azimuth: clockwise from north\nzenith_deg\tazimuth_deg\tL_550\n10\t0\t1\n40\t120\t1\n40\t240\t1\n70\t60\t1\n")
     assert told("validate", tmp_path).out == f"{path}: ok\n"
     said = told("run", tmp_path, "--out", tmp_path / "out", code=3).err
     assert f"there is no amc.inp in this folder; did you mean {path}?" in said
@@ -116,7 +120,7 @@ def points_file(tmp_path):
     zenith, azimuth = np.rad2deg(np.arccos(rng.uniform(0.1, 1, 120))), rng.uniform(0, 360, 120)
     coordinates = {
         "zenith": ("point", zenith, {"units": "degree"}),
-        "azimuth": ("point", azimuth, {"units": "degree"}),
+        "azimuth": ("point", azimuth, {"units": "degree", **FROM_EAST}),
         "wavelength": ("point", np.tile([443.0, 555.0], 60), {"units": "nm"}),
     }
     made = xarray.DataArray(np.full(120, 100.0), dims="point", coords=coordinates, name="L")
@@ -126,7 +130,7 @@ def points_file(tmp_path):
 
 def test_points_in_netcdf_are_run_drawn_and_validated(points_file, tmp_path, told):
     pytest.importorskip("matplotlib")
-    sun = ["--sun-zenith", "40", "--sun-azimuth", "60", "--azimuth-convention", "north_clockwise"]
+    sun = ["--sun-zenith", "40", "--sun-azimuth", "60", "--azimuth-convention", "clockwise from north"]
     out = ["--iterations", "10", "--format", "none", "--out", str(tmp_path / "out")]
     bands = json.loads(told("run", points_file, *sun, *out, "--json").out)["bands"]
     assert [band["wavelength_nm"] for band in bands] == [443.0, 555.0]

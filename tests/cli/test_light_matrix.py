@@ -42,8 +42,8 @@ def files(tmp_path, monkeypatch):
         (amc.parent / name).unlink()
     directions = [(z, a) for z in (0, 20, 40, 60, 80, 88) for a in range(0, 360, 30)]
     rows = [",".join(f"{x:.4f}" for x in (z, a, *[1 + np.cos(np.radians(z))] * len(NM))) for z, a in directions]
-    head = ",".join(["zenith_deg", "azimuth_deg", *(f"L_{nm} [relative]" for nm in NM)])
-    table = "\n".join(["# azimuth: counter-clockwise from east", head, *rows, ""])
+    head = ",".join(["zenith_deg", "azimuth_deg", *(f"L_{nm}" for nm in NM)])
+    table = "\n".join(["# azimuth: counterclockwise from east", head, *rows, ""])
     for folder in (tmp_path, amc.parent):
         (folder / "sky.csv").write_text(table)
     code = "def make(*, sun_zenith_rad, sun_azimuth_rad):\n    return lambda z, a, nm: 1.0 + 0.0 * z\n"
@@ -55,7 +55,7 @@ def files(tmp_path, monkeypatch):
 def write_field(folder):
     zenith, azimuth = np.arange(5.0, 90.0, 10.0), np.arange(15.0, 360.0, 30.0)
     field = field_of((1 + np.cos(np.radians(zenith)))[:, None] * np.ones((1, azimuth.size)), zenith, azimuth)
-    field.attrs.update(units="10 mW m-2 nm-1 sr-1", azimuth_convention="counter-clockwise from east")
+    field.attrs["units"] = "10 mW m-2 nm-1 sr-1"
     for target in (folder, folder.parent):
         field.to_netcdf(target / "field.nc", engine="h5netcdf")
 

@@ -135,7 +135,7 @@ def test_memory(fault, tmp_path):
 
 WRONG = {
     # name: (what is done to a good field, text behind the table, the span that is named, words of the message)
-    "no zenith": (lambda f: f.rename(zenith="up"), "", "2:9", "the field has no coordinate of zenith angles"),
+    "no zenith": (lambda f: f.rename(zenith="up"), "", "2:9", "the field has no coordinate zenith among"),
     "name": (lambda f: f, 'zenith = "vza"\n', "3:10", "the field has no coordinate 'vza'"),
     "variable": (lambda f: f, 'variable = "sky"\n', "3:12", "no variable 'sky' of numbers; it has 'radiance'"),
     "dimension": (lambda f: f, "isel = { stokes = 0 }\n", "3:8", "no dimension 'stokes'; it has 'zenith', 'azimuth'"),

@@ -269,8 +269,8 @@ def test_azimuths_by_their_statements(azimuth, of_file, brightest, tmp_path):
 @pytest.mark.parametrize(
     ("azimuth", "of_file", "why"),
     [
-        ({"long_name": f"azimuth {NORTH}"}, {"comment": "Kiel"}, f"nothing says .*its text says 'azimuth {NORTH}'; 'K"),
-        ({}, {"title": "north = 0, east = 90"}, "nothing says from where azimuth .*its text says 'north = 0, east"),
+        ({"long_name": f"azimuth {NORTH}"}, {"comment": "Kiel"}, f'nothing says .*its text says "azimuth {NORTH}"; "K'),
+        ({}, {"title": "north = 0, east = 90"}, 'nothing says from where azimuth .*its text says "north = 0, east'),
         ({"azimuth_convention": "N to E"}, {}, "'N to E' is no convention"),
         ({"azimuth_convention": f"{NORTH}, magnetic"}, {}, "is no convention"),
         ({"azimuth_convention": ""}, {}, "nothing says"),
@@ -333,7 +333,7 @@ def test_a_dimension_of_another_name_wants_its_argument():
         ([4.4, 5.5], "wavelength", {"units": "nm"}, "um", [4400, 5500]),
         ([440.0, 550.0], "wavelength_nm", {}, None, [440, 550]),
         ([440.0, 550.0], "wavelength", {}, None, "does not say in which unit it is"),
-        ([440.0, 550.0], "wavelength", {"long_name": "in nm"}, None, "does not say .*; its text says 'in nm'"),
+        ([440.0, 550.0], "wavelength", {"long_name": "in nm"}, None, 'does not say .*; its text says "in nm"'),
         ([440.0, 550.0], "wavelength_um", {"units": "nm"}, None, "in um by its name and in nm by its attribute"),
         ([18181.0, 20000.0], "wavelength", {"units": "cm-1"}, None, "has the unit 'cm-1', which is none"),
         ([0.44, 0.55], "wavelength", {"units": "nm"}, None, "wavelengths of 0.44 to 0.55 nm; 20 to 100000 are read"),
@@ -360,7 +360,7 @@ def test_units_of_angles(name):
         with pytest.raises(FieldError, match=why) as error:
             read(made)
         assert error.value.advice.startswith("write --angle-unit deg or rad (angle_unit=)")
-        assert read(made, angle_unit="deg") == read(packed(SKY))
+        np.testing.assert_array_equal(read(made, angle_unit="deg").values, read(packed(SKY)).values)
     with pytest.raises(FieldError, match="goes to 20053 degrees; are its units radians"):
         read(packed(SKY), angle_unit="rad")
 
@@ -381,7 +381,7 @@ def test_all_questions_of_a_field_come_together():
         read(made)
     asked = [one.argument for one in error.value.all]
     assert asked == ["radiance_unit", "angle_unit", "angle_unit", "azimuth_convention", "wavelength_unit", "isel"]
-    assert "its text says 'cruise 7'" in error.value.all[3].message
+    assert 'its text says "cruise 7"' in error.value.all[3].message
     how = {"radiance_unit": "relative", "angle_unit": "deg", "wavelength_unit": "nm", **FROM_EAST}
     expected = read(packed(SKY), radiance_unit="relative")
     np.testing.assert_array_equal(read(made.isel(member=0), **how).values, expected.values)
