@@ -103,7 +103,9 @@ def test_one_index_of_a_dimension_and_wavelengths_of_a_grey_field(field_file, tm
 def test_the_only_table_of_a_folder(tmp_path, told):
     """A folder with one table is validated, and `run` names the table; of two none is chosen."""
     path = tmp_path / "sky.tsv"
-    path.write_text("# azimuth: clockwise from north\nzenith_deg\tazimuth_deg\tL_550\n10\t0\t1\n40\t120\t1\n40\t240\t1\n70\t60\t1\n")
+    path.write_text(
+        "# azimuth: clockwise from north\nzenith_deg\tazimuth_deg\tL_550\n10\t0\t1\n40\t120\t1\n40\t240\t1\n70\t60\t1\n"
+    )
     assert told("validate", tmp_path).out == f"{path}: ok\n"
     said = told("run", tmp_path, "--out", tmp_path / "out", code=3).err
     assert f"there is no amc.inp in this folder; did you mean {path}?" in said

@@ -200,7 +200,7 @@ SHARED = {
     [
         (lambda f: f.rename(zenith="height"), {}, "no coordinate zenith among .*'height'"),
         (lambda f: f.isel(zenith=4), {}, "coordinate 'zenith' has no dimension; give it one"),
-        (lambda f: f.assign_coords(zenith=180 - ZENITH_DEG), NOT_SAID, "no angles below 90 degrees; are they those that"),
+        (lambda f: f.assign_coords(zenith=180 - ZENITH_DEG), NOT_SAID, "below 90 degrees; are they those that light"),
         (lambda f: f, {"zenith": "vza"}, "no coordinate 'vza'"),
         (lambda f: f.assign_coords(zenith_rad=("zenith", ZENITH_DEG)), {}, "2 coordinates that may be its zenith"),
         (lambda f: f.assign_coords(elevation=("zenith", ZENITH_DEG)), {}, "2 coordinates that may be its zenith"),
@@ -216,7 +216,7 @@ SHARED = {
         (lambda f: xarray.Dataset({"L": f}), {"variable": "M"}, "no variable 'M' of numbers"),
         (lambda f: f.isel(zenith=slice(0)), {}, "'zenith' has length 0"),
         (lambda f: f.isel(wavelength=[1, 0, 1]) * [[[1]], [[1]], [[2]]], {}, "550 nm stands .* twice"),
-        (lambda f: xarray.Dataset({"L": f, "M": f}), {}, "none of 2 variables has the name radiance: 'L', 'M'; .*--variab"),
+        (lambda f: xarray.Dataset({"L": f, "M": f}), {}, "none of 2 .* the name radiance: 'L', 'M'; .*--variable"),
         (lambda f: f.values, {}, "got ndarray"),
         (lambda f: f > 1, {}, "holds bool instead of real numbers"),
         (lambda f: xarray.DataArray(np.ones((3, 4)), SHARED, ("a", "b")), {}, "share a part of their dimensions"),
@@ -307,9 +307,7 @@ def test_points_of_their_own_wavelengths_are_the_sky_of_the_same_table(tmp_path)
     made = points()
     with pytest.raises(sky.SceneError, match="1 direction at 400 nm; a measured sky needs 3 or more"):
         read(made.assign_coords(wavelength=("point", np.linspace(400, 700, made.size), {"units": "nm"})))
-    with pytest.raises(
-        sky.SceneError, match="'wavelength' has the dimension 'point' of an angle; then zenith angle an"
-    ):
+    with pytest.raises(sky.SceneError, match="'wavelength' has the dimension 'point' of an angle; then zenith"):
         read(made.drop_vars("azimuth"))
 
 
@@ -349,11 +347,12 @@ NORTH_SUN = {"sun_zenith_deg": 25.0, "sun_azimuth_deg": -10.0}
 EAST, NORTH, FROM_SUN = "counterclockwise from east", "clockwise from north", "counterclockwise from the sun"
 
 
-def sky_of_the_sun(numbers=EAST, words=None, zenith=np.arange(5.0, 90.0, 10.0)):
+def sky_of_the_sun(numbers=EAST, words=None):
     """A Perez sky in azimuths that count as `numbers` says, and that are said to be `words`."""
-    model = sky.PerezSky(epsilon=3.0, delta=0.2, **SUN)
-    azimuth = np.arange(0.0, 360.0, 10.0)
-    values = model.radiance(np.deg2rad(zenith)[:, None], np.deg2rad(azimuth), 550.0)
+    zenith, azimuth = np.arange(5.0, 90.0, 10.0), np.arange(0.0, 360.0, 10.0)
+    values = sky.PerezSky(epsilon=3.0, delta=0.2, **SUN).radiance(
+        np.deg2rad(zenith)[:, None], np.deg2rad(azimuth), 550.0
+    )
     azimuth = {EAST: azimuth, NORTH: (90 - azimuth) % 360, FROM_SUN: (azimuth - 100) % 360}[numbers]
     return field_of(values, zenith, azimuth, azimuth={"azimuth_convention": words or numbers}).to_dataset()
 
@@ -372,15 +371,14 @@ def test_light_that_is_not_where_the_sun_is_gets_a_warning(words):
     assert read(low, **SUN, elevation="zenith") == plain
 
 
-@pytest.mark.parametrize("place", ["attributes of the file", "attributes", "coordinates"])
+@pytest.mark.parametrize("place", ["file", "radiance", "coordinates"])
 def test_the_sun_of_a_file(place):
-    """Its azimuth counts as the others, or as its own words say; an argument wins, and two suns are an error."""
+    """Its azimuth counts as the others, or as its own words say; an argument wins."""
 
     def placed(made, sun):
-        attributes = {"radiance": made.radiance.assign_attrs(sun)}
-        return {"attributes": made.assign(attributes), "coordinates": made.assign_coords(sun)}.get(
-            place, made.assign_attrs(sun)
-        )
+        if place == "coordinates":
+            return made.assign_coords(sun)
+        return made.assign(radiance=made.radiance.assign_attrs(sun)) if place == "radiance" else made.assign_attrs(sun)
 
     made = sky_of_the_sun(NORTH).stack(point=("zenith", "azimuth")).reset_index("point")
     found = read(placed(made, NORTH_SUN))
@@ -400,12 +398,18 @@ def test_a_sun_of_a_file_that_is_no_number_is_an_error():
         read(sky_of_the_sun().assign_attrs({**SUN, "sun_azimuth_deg": np.nan}))
 
 
-@pytest.mark.parametrize("second", ["attributes of the file", "coordinates"])
+@pytest.mark.parametrize("second", ["file", "coordinates"])
 def test_two_suns_of_one_file_are_an_error(second):
     made, other = sky_of_the_sun(), {**SUN, "sun_azimuth_deg": 280.0}
     made.radiance.attrs |= SUN
     with pytest.raises(sky.SceneError, match="sun_azimuth_deg"):
         read(made.assign_coords(other) if second == "coordinates" else made.assign_attrs(other))
+
+
+def test_the_unit_of_a_sun_is_a_statement():
+    made = sky_of_the_sun().assign_coords(sun_azimuth_deg=100.0, sun_zenith_deg=((), 0.44, {"units": "rad"}))
+    with pytest.raises(sky.SceneError, match="sun_zenith_deg"):
+        read(made)
 
 
 def test_the_zenith_of_points_needs_no_azimuth():

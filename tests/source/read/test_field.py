@@ -111,7 +111,9 @@ def test_one_field_is_one_plan_alone_in_sky_toml_and_in_python(name, tmp_path):
     assert any("1 of 299 directions come more than once" in note for note in table.remarks) == (made.ndim == 2)
 
 
-@pytest.mark.parametrize("angle", [{"azimuth_deg": 8.0}, {"zenith_deg": 39.0}, {"zenith_deg": 39.0, "azimuth_deg": 8.0}])
+@pytest.mark.parametrize(
+    "angle", [{"azimuth_deg": 8.0}, {"zenith_deg": 39.0}, {"zenith_deg": 39.0, "azimuth_deg": 8.0}]
+)
 def test_angles_of_the_sun_that_are_asked_for_win_over_the_file_and_amc_inp(angle, tmp_path):
     """The other angle is that of the file; the field is interpolated around this sun, which is that of the beam."""
     path = scene_folder(tmp_path, made=to_north(scattered()), scene="clear_day")
