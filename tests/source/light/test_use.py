@@ -1,5 +1,6 @@
 """What a scene cannot use is refused in the words of the caller, and nothing of the light is dropped without a word."""
 
+import shutil
 import warnings
 
 import numpy as np
@@ -77,6 +78,22 @@ def test_the_sun_of_a_measured_sky_comes_before_that_of_amc_inp(tmp_path):
     notes = alone.notes(scene.wavebands.wavelength_nm)
     assert next(note for note in notes if "is off by" in note) in scene.notes
     assert moved.options["sun"]["azimuth_deg"] == 100.0
+
+
+@pytest.mark.filterwarnings("ignore::aomc_sky.InputWarning")
+def test_one_angle_of_the_sun_that_is_asked_for_leaves_the_other_to_the_table(tmp_path):
+    """Both serve the interpolation, too."""
+    amc = copy_scene("perez_sky", tmp_path)
+    (amc.parent / "difcol.inp").unlink()
+    table = shutil.copy(INPUTS / "measured" / "sky.csv", amc.parent / "sky.csv")
+    (amc.parent / "sky.toml").write_text('[perez]\nghi = 780\ndhi = 140\nspectrum = "flat"\n[sky]\ntable = "sky.csv"\n')
+    for angle in ({"zenith_deg": 30.0}, {"azimuth_deg": 100.0}):
+        scene = sky.read_scene(amc, sun=angle)
+        expected = {"zenith_deg": 40.0, "azimuth_deg": 135.0} | angle
+        assert {name: pytest.approx(scene.options["sun"][name]) for name in expected} == expected
+        model = sky.read_radiance_csv(table, **{f"sun_{name}": value for name, value in angle.items()})
+        rows = model.lower(scene.wavebands.wavelength_nm)[0]
+        np.testing.assert_allclose(scene.components[-1].mass[scene.row_of_band], rows.mass, rtol=1e-12)
 
 
 def test_the_manifest_has_the_sun_of_the_beam():
