@@ -111,23 +111,18 @@ def test_a_table_of_sky_toml(field, tmp_path):
     assert not any("photons carry q" in note for note in scene.notes)
 
 
+Q, U = NAMES[1:]
 WRONG = {
     "holed": (
-        lambda f: f.assign(radiance_q=f["radiance_q"].where(f["zenith"] > 20)),
+        lambda f: f.assign({Q: f[Q].where(f["zenith"] > 20)}),
         (),
         3,
         "E710",
         "give I alone: --variable radiance",
     ),
-    "half": (lambda f: f.drop_vars("radiance_u"), (), 3, "E710", "one of Q and U without the other"),
-    "names": (lambda f: f, ("--variable-q", "radiance_q"), 2, "belong together", "give both, or none"),
-    "twice": (
-        lambda f: f,
-        ("--variable-q", "radiance_q", "--variable-u", "radiance_q"),
-        3,
-        "E710",
-        "one is named twice",
-    ),
+    "half": (lambda f: f.drop_vars(U), (), 3, "E710", "one of Q and U without the other"),
+    "names": (lambda f: f, ("--variable-q", Q), 2, "belong together", "give both, or none"),
+    "twice": (lambda f: f, ("--variable-q", Q, "--variable-u", Q), 3, "E710", "one is named twice"),
     "signs": (lambda f: f[["radiance"]], ("--stokes-signs", "1", "1"), 3, "E710", "--stokes-signs"),
     "pattern": (lambda f: f, ("--polarisation", "0.5", "--sun-zenith", "40"), 2, "is polarised already", "Q and U"),
 }

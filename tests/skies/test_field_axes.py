@@ -130,19 +130,13 @@ def packed(values, **attributes):
 
 
 MISSING = {
-    "default-f8": (9.969209968386869e36, {}),
-    "default-f4": (np.float32(9.969209968386869e36), {}),
-    "valid_range": (9999.0, {"valid_range": [0.0, 500.0]}),
-    "valid_max": (501.0, {"valid_max": 500.0}),
-    "valid_min": (0.25, {"valid_min": 0.5}),
-    "_FillValue": (777.0, {"_FillValue": 777.0}),
-    "missing_value": (777.0, {"missing_value": 777.0}),
-    "missing_values": (777.0, {"missing_value": [888.0, 777.0]}),
-    "declared": (-999.0, {"missing_value": -999.0}),
-    "nan": (np.nan, {}),
+    "default-f8": (9.969209968386869e36, {}), "default-f4": (np.float32(9.969209968386869e36), {}),
+    "valid_range": (9999.0, {"valid_range": [0.0, 500.0]}), "valid_max": (501.0, {"valid_max": 500.0}),
+    "valid_min": (0.25, {"valid_min": 0.5}), "_FillValue": (777.0, {"_FillValue": 777.0}), "nan": (np.nan, {}),
+    "missing_value": (-999.0, {"missing_value": -999.0}), "missing": (777.0, {"missing_value": [888.0, 777.0]}),
     "-999.9 of float64 in f4": (np.float32(-999.9), {"missing_value": -999.9}),
     "0.3333 of float64 in f4": (np.float32(0.3333), {"missing_value": 0.3333}),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", MISSING)
