@@ -34,8 +34,9 @@ def write(tmp_path):
 def points(write):
     """Writes and reads."""
 
-    def read(*lines, rows=POINTS, delimiter=",", sun=None, **stated):
-        return read_radiance_points(write(*lines, rows=rows, delimiter=delimiter), Stated(**stated), **(sun or {}))
+    def read(*lines, rows=POINTS, delimiter=",", sun=(None, None), other_sun=(None, None), **stated):
+        path = write(*lines, rows=rows, delimiter=delimiter)
+        return read_radiance_points(path, Stated(**stated), sun, other_sun)[0]
 
     return read
 
@@ -98,7 +99,7 @@ def test_every_question_has_an_answer_by_option(points):
 def test_arguments_win_over_the_file_and_say_so(points):
     lines = ["# azimuth: enu_from_east", "# radiance unit: relative", "# sun azimuth: 10 clockwise from north", HEAD]
     how = {"azimuth_convention": "counterclockwise from the sun", "radiance_unit": "mW/m2/nm/sr"}
-    found = points(*lines, sun={"sun_azimuth_deg": 30.0}, **how)
+    found = points(*lines, sun=(None, 30.0), **how)
     np.testing.assert_allclose(found["sky_azimuth_deg"], [50.0, 140.0, 260.0, 20.0])
     np.testing.assert_allclose(found["radiance"], [5e-5, 4e-5, 3e-5, 2e-5])
     for said in (
@@ -335,7 +336,7 @@ def test_files_of_other_encodings(write):
     for encoding in ("utf-8", "utf-8-sig", "latin-1", "cp1252"):
         path.write_bytes(text.encode(encoding))
         np.testing.assert_allclose(
-            read_radiance_points(path, Stated())["radiance"], [5e-4, 4e-4, 3e-4, 2e-4], rtol=1e-12
+            read_radiance_points(path, Stated())[0]["radiance"], [5e-4, 4e-4, 3e-4, 2e-4], rtol=1e-12
         )
     path.write_bytes(text.encode("utf-16"))
     with pytest.raises(sky.InputFileError, match=r"the file is UTF-16\n") as caught:
@@ -387,7 +388,7 @@ def test_a_mutated_table_is_points_or_a_message(tmp_path, text, changes):
     (tmp_path / "sky.csv").write_text(text, encoding="utf-8", newline="")
     problems = ()
     try:
-        found = read_radiance_points(tmp_path / "sky.csv", Stated())
+        found, _ = read_radiance_points(tmp_path / "sky.csv", Stated())
     except sky.InputFileError as error:
         problems = error.problems
     assert all(problem.advice for problem in problems)

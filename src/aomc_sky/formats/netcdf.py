@@ -34,8 +34,8 @@ _LIBRARY = "the netCDF library"
 def lights_beside(path: str | Path) -> list[str]:
     """Variables of a file of this package that have light beside the radiances of its sky: a beam, or lobes."""
     with open_netcdf(path, decode_times=False) as (dataset, _):
-        names = {str(name): variable.dims for name, variable in dataset.data_vars.items()}
-    shares = [name for name, dims in names.items() if name.startswith("mass_") and dims == ("waveband",)]
+        names = list(map(str, dataset.data_vars))
+    shares = [name for name in names if name.startswith("mass_")]
     return shares + ["direct_irradiance"] * ("direct_irradiance" in names)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from aomc_sky.formats.report import printable, quoted
+from aomc_sky.formats.report import printable
 
 _PLAIN = (
     "zenith angle", "viewing zenith angle", "view zenith angle", "azimuth", "azimuth angle", "viewing azimuth angle",
@@ -40,12 +40,6 @@ def with_texts(question: str, texts: Iterable[str]) -> str:
     """A question, with what the file says in words nearby."""
     said = "; ".join(f'"{printable(text)}"' for text in list(texts)[:MOST_NEARBY])
     return f"{question}; its text says {said}" if said else question
-
-
-def instead(what: str, given: object, said: str) -> list[str]:
-    """The note of a caller's word that comes before another one of the file, a list of one; empty where they agree."""
-    name = what.removesuffix("_deg").replace("_", " ")
-    return [] if str(given) == said else [f"{name} {given} in place of {quoted(said)} of the file"]
 
 
 def unused_note(what: Mapping[str, Iterable[str]]) -> list[str]:

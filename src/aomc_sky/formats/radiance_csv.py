@@ -12,7 +12,7 @@ import numpy as np
 from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import NOWHERE, Span
 from aomc_sky.formats.azimuth import SAY_AZIMUTH, convention_of
-from aomc_sky.formats.quote import instead, quote, unused_note, with_texts
+from aomc_sky.formats.quote import quote, unused_note, with_texts
 from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
@@ -32,8 +32,11 @@ from aomc_sky.formats.radiance_words import (
     SAY_LENGTH,
     SAY_SUN,
     Stated,
+    SunAngles,
     by_wavelength,
     doubt_of_gaps,
+    instead,
+    may_be_radians,
     plain_unit,
     say_coordinate,
 )
@@ -61,6 +64,7 @@ _MEASURE = re.compile(r"(-?(?:\d+\.?\d*|\.\d+)) *([^\W\d_]*)\b,? *(.*)")
 """A number, its unit, and more words: 225 deg clockwise from north."""
 _GROUPED = re.compile(r"[1-9]\d{0,2}(?:\.\d{3})+")
 """A number that may have a separator of thousands."""
+_SUN = ("sun_zenith_deg", "sun_azimuth_deg")
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 
 
@@ -83,15 +87,16 @@ class _Column:
 
 
 def read_radiance_points(
-    path: str | Path, stated: Stated, *, sun_zenith_deg: float | None = None, sun_azimuth_deg: float | None = None
-) -> dict[str, Any]:
-    """Read a table: arguments of `RadianceField.from_points`, NaN in a gap, and the `convention` of its azimuths.
+    path: str | Path, stated: Stated, sun: SunAngles = (None, None), other_sun: SunAngles = (None, None)
+) -> tuple[dict[str, Any], SunAngles]:
+    """Read a table: arguments of `RadianceField.from_points`, NaN in a gap, and the angles of the sun that it states.
 
-    What a caller states comes before what the file states. InputFileError: every problem of the file (E651 to E654).
+    What a caller states comes before what the file states; `other_sun` has the angles of the sun where neither does.
+    InputFileError: every problem of the file (E651 to E654).
     """
     stated.check()
-    sun = {"sun_zenith_deg": sun_zenith_deg, "sun_azimuth_deg": sun_azimuth_deg}
-    return _Table(path, stated, sun).points()
+    table = _Table(path, stated, dict(zip(_SUN, zip(sun, other_sun, strict=True), strict=True)))
+    return table.points(), (table.sun_of_file.get(_SUN[0]), table.sun_of_file.get(_SUN[1]))
 
 
 def _without_sign(line: str) -> str:
@@ -102,10 +107,11 @@ def _without_sign(line: str) -> str:
 class _Table:
     """A file while it is read."""
 
-    def __init__(self, path: str | Path, stated: Stated, sun: dict[str, float | None]) -> None:
+    def __init__(self, path: str | Path, stated: Stated, sun: dict[str, SunAngles]) -> None:
         data = read_bytes(path, most_bytes=MAX_BYTES, code="E651")
         self.report = Report(path=str(path))
         self.stated, self.sun = stated, sun
+        self.sun_of_file: dict[str, float] = {}
         self.head: dict[str, tuple[str, Span]] = {}
         self.texts: dict[int, str] = {}
         self.remarks: list[str] = []
@@ -254,7 +260,8 @@ class _Table:
         missing = [slot for slot in _NEEDED if slot not in {slot for slot, _ in columns}]
         for slot in missing:
             what, advice = _NEEDED[slot]
-            advice = f"{advice}, or {say_coordinate(slot, names)}"
+            free = [text for text in names if self._role(text) is None]
+            advice = f"{advice}, or {say_coordinate(slot, free)}"
             if len(names) == 1:
                 advice = "write # before lines above the names, and commas, semicolons or tabs between columns"
             self._bad(whole, with_texts(f"there is no column of {what} among {shown}", self.texts.values()), advice)
@@ -337,17 +344,21 @@ class _Table:
         """Zenith angles, or azimuths as they count in the file. [deg]"""
         ask = f"nothing says whether {quoted(column.name)} is in degrees or radians"
         scale = self._unit(column, "angle_unit", ANGLE_DEGREES, ask, _ANGLE_LINE)
+        is_azimuth = column.slot == "azimuth"
+        if scale == 1.0 and self.stated.angle_unit is None and may_be_radians(column.values, is_azimuth=is_azimuth):
+            message = f"angles up to {np.nanmax(column.values):g} degrees; are they radians?"
+            self._bad(column.span, message, _ANGLE_LINE)
         angle = np.round(column.values * scale, _DIGITS)
-        low, high = (-360, 360) if column.slot == "azimuth" else (-90, 180)
+        low, high = (-360, 360) if is_azimuth else (-90, 180)
         self._refuse(column, (angle < low) | (angle > high), f"write {low} to {high} degrees")
         return 90.0 - angle if column.role == "elevation" else angle
 
     def _sun(self, name: str, high: float) -> float | None:
         """An angle of the sun from a caller or the head. [deg]"""
-        given = self.sun[name]
+        given, otherwise = self.sun[name]
         found = self._statement(name, given)
         if found is None:
-            return given
+            return otherwise if given is None else given
         text, span = found
         match = _MEASURE.fullmatch(text)
         value = float(match[1]) * ANGLE_DEGREES.get(plain_unit(match[2] or "deg"), np.nan) if match else np.nan
@@ -362,7 +373,8 @@ class _Table:
             self._bad(span, f"{quoted(text)} does not say where the sun is", advice)
             return 0.0
         value = round(value, _DIGITS)
-        return float(to_enu_azimuth_deg(value, convention)) if convention else value
+        self.sun_of_file[name] = float(to_enu_azimuth_deg(value, convention)) if convention else value
+        return self.sun_of_file[name]
 
     def _states_azimuths(self, column: _Column | None) -> AzimuthConvention | None:
         """From where azimuths count, by a caller or the head; None after a question."""

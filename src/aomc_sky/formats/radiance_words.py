@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
@@ -11,10 +11,12 @@ import numpy as np
 
 from aomc_sky.directions import AzimuthConvention
 from aomc_sky.errors import UsageError
-from aomc_sky.formats.azimuth import given_convention
+from aomc_sky.formats.azimuth import convention_of, given_convention, words_of
 from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.formats.report import quoted
 
+SunAngles = tuple[float | None, float | None]
+"""Zenith angle of the sun, and azimuth from +x towards +y, where they are known. [deg]"""
 DIRECTIONS = ("zenith", "elevation", "azimuth")
 COORDINATES = (*DIRECTIONS, "wavelength")
 NAMES = {
@@ -123,6 +125,32 @@ class Stated:
         return None if self.azimuth_convention is None else given_convention(self.azimuth_convention)
 
 
+_MEANINGS: dict[str, Callable[[str], object]] = {
+    "angle_unit": lambda text: ANGLE_DEGREES.get(plain_unit(text)),
+    "wavelength_unit": lambda text: LENGTH_NM.get(plain_unit(text)),
+    "radiance_unit": radiance_factor,
+    "azimuth": convention_of,
+}
+"""What a word of a file means, by what it states."""
+
+
+def instead(what: str, given: object, said: str) -> list[str]:
+    """The note of a caller's word that comes before another one of the file, a list of one; empty where they agree."""
+    word = words_of(given) if isinstance(given, AzimuthConvention) else str(given)
+    meaning = _MEANINGS.get(what, str)
+    is_same = word == said or (meaning(word) is not None and meaning(word) == meaning(said))
+    name = what.removesuffix("_deg").replace("_", " ")
+    return [] if is_same else [f"{name} {word} in place of {quoted(said)} of the file"]
+
+
+def may_be_radians(values: np.ndarray, *, is_azimuth: bool) -> bool:
+    """Whether angles of a whole sky, in degrees as it is stated, are within a turn in radians."""
+    known = np.unique(values[np.isfinite(values)])
+    reach, turn = (np.ptp(known), 2 * np.pi) if is_azimuth and known.size else (np.abs(known).max(initial=0), np.pi / 2)
+    return known.size >= _FEW and bool(_MOST_OF_IT * turn < reach < 1.001 * turn)
+
+
+_FEW, _MOST_OF_IT = 4, 0.75  #: So many angles, over so much of the sky, are judged by their range.
 GAPS = ("", "nan")
 GAP_NUMBERS = (-999.0, -9999.0)
 """Words and numbers of a table that stand for a gap."""

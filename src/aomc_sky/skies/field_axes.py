@@ -10,7 +10,7 @@ import numpy as np
 from aomc_sky.directions import EDGE_DEG, AzimuthConvention, at_quarter_deg, to_enu_azimuth_deg, within_sky_deg
 from aomc_sky.errors import FieldError
 from aomc_sky.formats.azimuth import OURS, SAY_AZIMUTH, convention_of, words_of
-from aomc_sky.formats.quote import instead, texts_of, with_texts
+from aomc_sky.formats.quote import texts_of, with_texts
 from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
@@ -24,6 +24,8 @@ from aomc_sky.formats.radiance_words import (
     SAY_SUN,
     TRUE_NORTH,
     Stated,
+    instead,
+    may_be_radians,
     plain_unit,
     say_coordinate,
 )
@@ -94,13 +96,17 @@ def axis_of(field: Any, role: str, stated: Stated, bounds: Mapping[str, Any]) ->
             if single:
                 message = f"coordinate {single[0]!r} has no dimension"
                 raise FieldError(message, f"give it one: field.expand_dims({single[0]!r})", role)
-            advice = f"{say_coordinate('zenith', known)}, or elevation=NAME, or give it the name zenith"
+            free = [one for one in known if not named_role(one)]
+            advice = f"{say_coordinate('zenith', free)}, or elevation=NAME, or give it the name zenith"
             raise FieldError(f"the field has no coordinate zenith among {listed}", advice, role)
         if not fitting:
             return None
         name = fitting[0]
         own = named_role(name)
     coordinate = field.coords[name]
+    if {"scale_factor", "add_offset"} & set(coordinate.attrs):
+        message = f"coordinate {name!r} is packed (scale_factor, add_offset)"
+        raise FieldError(message, "open it with mask_and_scale=True", role)
     try:
         values = np.asarray(coordinate.values, dtype=np.float64)
     except (TypeError, ValueError):
@@ -140,7 +146,11 @@ def _scale(
 
 def angle_scale(axis: Axis, stated: Stated, questions: Questions) -> float:
     """One unit of an angle. [deg]"""
-    return _scale(axis, stated.angle_unit, ANGLE_DEGREES, "angle_unit", SAY_ANGLE, questions)
+    scale = _scale(axis, stated.angle_unit, ANGLE_DEGREES, "angle_unit", SAY_ANGLE, questions)
+    if scale == 1.0 and stated.angle_unit is None and may_be_radians(axis.values, is_azimuth=axis.role == "azimuth"):
+        message = f"coordinate {axis.name!r} has values up to {np.nanmax(axis.values):g} degrees; are they radians?"
+        questions.append(FieldError(message, f"{SAY_ANGLE}, or correct its attribute units", "angle_unit"))
+    return scale
 
 
 def _in_degrees(axis: Axis, values: np.ndarray, scale: float) -> np.ndarray:
@@ -260,11 +270,13 @@ def statements(field: Any, bounds: Mapping[str, Any], of_file: Mapping[str, Any]
     """What is stated of a field; FieldError with all questions that are left open."""
     questions: Questions = []
     axes: list[Axis | None] = []
+    unclear: list[str] = []
     for role in ("zenith", "azimuth", "wavelength"):
         try:
             axes.append(axis_of(field, role, stated, bounds))
         except FieldError as error:
             axes.append(None)
+            unclear.append(role)
             questions.append(error)
     zenith, azimuth, wavelength = axes
     unit = _radiance_unit(field, stated.radiance_unit, questions)
@@ -274,18 +286,23 @@ def statements(field: Any, bounds: Mapping[str, Any], of_file: Mapping[str, Any]
     nm = np.array([550.0]) if wavelength is None else wavelengths_nm(wavelength, stated, questions)
     if zenith is not None:
         _ask_of_dimensions(field, [axis for axis in axes if axis is not None], questions)
+    for axis, role, name in ((azimuth, "azimuth", "azimuth_convention"), (wavelength, "wavelength", "wavelength_unit")):
+        if axis is None and role not in unclear and getattr(stated, name) is not None:
+            message = f"{name} is given, and the field has no coordinate {role}"
+            questions.append(FieldError(message, f"leave it out, or {say_coordinate(role)}", name))
     if zenith is None or questions:
         first = questions[0]
         raise FieldError(first.message, first.advice, first.argument, questions[1:])
-    pairs = [("angle_unit", stated.angle_unit, axis.units) for axis in (zenith, azimuth) if axis is not None]
+    pairs: list[tuple[str, object, list[str]]] = [
+        ("angle_unit", stated.angle_unit, axis.units) for axis in (zenith, azimuth) if axis is not None
+    ]
     pairs += [("wavelength_unit", stated.wavelength_unit, [] if wavelength is None else wavelength.units)]
     pairs += [
         ("radiance_unit", stated.radiance_unit, [str(field.attrs[key]) for key in ("units",) if key in field.attrs])
     ]
     if azimuth is not None:
         said = azimuth.attributes.get("azimuth_convention", beside.get("azimuth_convention"))
-        given = None if stated.convention is None else words_of(stated.convention)
-        pairs += [("azimuth_convention", given, [] if said is None else [str(said)])]
+        pairs += [("azimuth", stated.convention, [] if said is None else [str(said)])]
     remarks = dict.fromkeys(
         one for what, given, said in pairs if given for text in said for one in instead(what, given, text)
     )
@@ -312,10 +329,22 @@ def _ask_of_dimensions(field: Any, axes: Sequence[Axis], questions: Questions) -
     """Ask for dimensions of which nothing says what they are."""
     known = {dim for axis in axes for dim in axis.dims}
     roles = sorted({"azimuth", "wavelength"} - {axis.role for axis in axes})
+    zenith = axes[0]
+    beside = [
+        str(name)
+        for name, one in field.coords.items()
+        if {*one.dims} & {*zenith.dims} and name not in (*field.dims, *(axis.name for axis in axes))
+    ]
+    if "azimuth" in roles and zenith.name not in zenith.dims and beside:  # scattered directions
+        there = ", ".join(map(repr, beside))
+        message = f"the field has {there} beside the zenith angles {zenith.name!r}, and no coordinate azimuth"
+        ways = " or ".join(f"--coordinate azimuth={name}" for name in beside)
+        questions.append(FieldError(message, f"write {ways} (azimuth=), with --azimuth-convention", "azimuth"))
     for dim, size in zip(map(str, field.dims), field.shape, strict=True):
         if dim in known or size == 1:
             continue
         ways = [f"--coordinate {role}={dim} ({role}={dim!r})" for role in roles if dim in field.coords]
+        ways += [] if dim in field.coords else [f"coordinates of it, field.assign_coords({dim}=...)"]
         ways.append(f"--isel {dim}=0, or field.isel({dim}=0), for one of it")
         message = f"the field has a dimension {dim!r} of {size} besides angles and wavelength"
         more = "; azimuths need --azimuth-convention, too" if "azimuth" in roles and dim in field.coords else ""

@@ -12,7 +12,17 @@ import numpy as np
 from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import FieldError
 from aomc_sky.formats.azimuth import convention_of
-from aomc_sky.formats.radiance_words import COORDINATES, RADIANCE, RADIANCE_Q, RADIANCE_U, SAY_SUN, Stated
+from aomc_sky.formats.radiance_words import (
+    ANGLE_DEGREES,
+    COORDINATES,
+    RADIANCE,
+    RADIANCE_Q,
+    RADIANCE_U,
+    SAY_SUN,
+    Stated,
+    SunAngles,
+    plain_unit,
+)
 from aomc_sky.formats.report import printable
 from aomc_sky.skies.field_axes import bounds_name, named_role
 
@@ -29,7 +39,7 @@ class Chosen:
     bounds: dict[str, Any]
     attributes: dict[str, Any]  #: Of the file
     others: tuple[str, ...]  #: Names of all other variables and coordinates
-    sun: dict[str, Any]  #: What the file has under the names of the sun's angles
+    sun: dict[str, list[Any]]  #: What the file has under the names of the sun's angles, at each place
 
     @property
     def n_bytes(self) -> int:
@@ -89,7 +99,10 @@ def choose(field: Any, stated: Stated) -> Chosen:
         bounds={key: whole[key].reset_coords(drop=True) for key in edges if key in whole.variables},
         attributes=dict(whole.attrs),
         others=tuple(str(key) for key in whole.variables if key not in (name, *stokes, *edges, *whole.dims)),
-        sun={key: (whole.attrs | radiance.attrs).get(key, whole.variables.get(key)) for key in SUN_NAMES},
+        sun={
+            key: [place[key] for place in (whole.attrs, radiance.attrs, whole.variables) if key in place]
+            for key in SUN_NAMES
+        },
     )
 
 
@@ -166,27 +179,35 @@ def _names(dataset: Any, stated: Stated) -> list[str]:
     return [name, *there]
 
 
-def sun_of(
-    chosen: Chosen, given: tuple[float | None, float | None], convention: AzimuthConvention | None
-) -> tuple[float | None, float | None]:
-    """Zenith angle and azimuth of the sun by the caller, or else by the file, whose azimuths count by `convention`."""
+def sun_of(chosen: Chosen, convention: AzimuthConvention | None) -> SunAngles:
+    """The angles of the sun that the file states; its azimuth counts by its own convention, or that of the others."""
     found: list[float | None] = []
-    for name, own in zip(SUN_NAMES, given, strict=True):
-        stated = chosen.sun[name] if own is None else None
-        if stated is None:
-            found.append(own)
-            continue
-        text = str(getattr(stated, "attrs", {}).get("azimuth_convention", ""))
-        try:
-            (value,) = np.asarray(getattr(stated, "values", stated), dtype=np.float64).ravel().tolist()
-        except (TypeError, ValueError):
-            raise FieldError(f"{name} of the file is not one number", SAY_SUN, "azimuth") from None
-        if name == SUN_NAMES[1]:
-            counts = convention_of(text) if text else convention
-            if counts is None or counts.is_from_sun:
-                raise FieldError(f"nothing says from where {name} of the file counts", SAY_SUN, "azimuth")
-            value = float(to_enu_azimuth_deg(value, counts))
-        if not (0.0 <= value <= 180.0 or name == SUN_NAMES[1]):
-            raise FieldError(f"{name} of the file is {value:g}", "write 0 to 180 degrees", "table")
-        found.append(value)
+    for name, places in chosen.sun.items():
+        values = {_angle_of_sun(name, one, convention) for one in places}
+        if len(values) > 1:
+            message = f"{name} of the file is {' and '.join(f'{one:g}' for one in sorted(values))}"
+            raise FieldError(message, "keep one of them, or write --sun-zenith and --sun-azimuth", "table")
+        found.append(next(iter(values), None))
     return found[0], found[1]
+
+
+def _angle_of_sun(name: str, stated: Any, convention: AzimuthConvention | None) -> float:
+    """One statement: a number of an attribute, or of a variable with attributes. [deg]"""
+    attributes = getattr(stated, "attrs", {})
+    advice = f"{SAY_SUN}, or --sun-zenith"
+    try:
+        (value,) = np.asarray(getattr(stated, "values", stated), dtype=np.float64).ravel().tolist()
+    except (TypeError, ValueError):
+        raise FieldError(f"{name} of the file is not one number", advice) from None
+    if ANGLE_DEGREES.get(plain_unit(str(attributes.get("units", "deg")))) != 1.0:
+        raise FieldError(f"{name} of the file has the unit {attributes['units']!r}", advice)
+    low, high = (0.0, 180.0) if name == SUN_NAMES[0] else (-360.0, 360.0)
+    if not low <= value <= high:
+        raise FieldError(f"{name} of the file is {value:g}, and not {low:g} to {high:g} degrees", advice)
+    if name == SUN_NAMES[0]:
+        return float(value)
+    text = str(attributes.get("azimuth_convention", ""))
+    counts = convention_of(text) if text else convention
+    if counts is None or counts.is_from_sun:
+        raise FieldError(f"nothing says from where {name} of the file counts", SAY_SUN)
+    return float(to_enu_azimuth_deg(value, counts))

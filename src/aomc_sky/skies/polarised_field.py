@@ -9,7 +9,7 @@ import numpy as np
 
 from aomc_sky.errors import FieldError
 from aomc_sky.formats.radiance_unit import radiance_factor
-from aomc_sky.formats.radiance_words import Stated
+from aomc_sky.formats.radiance_words import Stated, SunAngles
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.field_axes import Axis, axis_of, radiances
 from aomc_sky.skies.field_choice import Chosen
@@ -20,7 +20,7 @@ _GAPS = ("valid_range", "valid_min", "valid_max", "_FillValue", "missing_value")
 
 
 def read_polarised_field(
-    chosen: Chosen, stated: Stated, *, grid: PatchGrid | None, sun: tuple[float | None, float | None]
+    chosen: Chosen, stated: Stated, *, grid: PatchGrid | None, sun: SunAngles, other_sun: SunAngles = (None, None)
 ) -> Made:
     """Turn I, Q and U with coordinates into arguments of a `TabulatedSky`.
 
@@ -28,6 +28,7 @@ def read_polarised_field(
     difference. In the meridian plane Q and U go on across the zenith as radiances do. Lines of sight that are all pairs
     of some zenith angles and azimuths are a grid.
     """
+    how: dict[str, Any] = {"grid": grid, "sun": sun, "other_sun": other_sun}
     zenith, azimuth = (axis_of(chosen.radiance, role, stated, chosen.bounds) for role in ("zenith", "azimuth"))
     assert zenith is not None
     if azimuth is not None and zenith.dims == azimuth.dims:
@@ -39,7 +40,7 @@ def read_polarised_field(
     of_light = str(field.attrs.get("units", stated.radiance_unit or ""))
     for one in others:
         unit = str(one.attrs.get("units", of_light))
-        if unit != of_light and (radiance_factor(unit) or None) != radiance_factor(of_light):
+        if unit != of_light and not (radiance_factor(unit) and radiance_factor(unit) == radiance_factor(of_light)):
             message = f"{one.name!r} has the unit {unit!r}, and {name!r} has the unit {of_light!r}"
             raise FieldError(message, "give Q and U in the unit of I: a share times I", "variable_q")
     signs = stated.stokes_signs or (1, 1)
@@ -55,10 +56,10 @@ def read_polarised_field(
     def values_of(radiance: np.ndarray) -> np.ndarray:
         made = field.copy(data=radiance)
         made.attrs, made.encoding = {key: value for key, value in field.attrs.items() if key not in _GAPS}, {}
-        read = read_radiance_field(replace(chosen, radiance=made), stated, grid=grid, sun=sun).arguments
+        read = read_radiance_field(replace(chosen, radiance=made), stated, **how).arguments
         return np.asarray(read["values"].reshape(len(read["values"]), -1))
 
-    made = read_radiance_field(chosen, stated, grid=grid, sun=sun)
+    made = read_radiance_field(chosen, stated, **how)
     read = made.arguments
     values, shares = read["values"].reshape(len(read["values"]), -1), []
     for part in (q, u):

@@ -8,7 +8,7 @@ import numpy as np
 
 from aomc_sky.directions import EDGE_DEG, AzimuthConvention, sin_cos_deg, travel_from_sky
 from aomc_sky.errors import FieldError
-from aomc_sky.formats.radiance_words import MAX_RADIANCE, Stated, by_wavelength, doubt_of_gaps
+from aomc_sky.formats.radiance_words import MAX_RADIANCE, Stated, SunAngles, by_wavelength, doubt_of_gaps
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.field_axes import SAY_BOUNDS, Axis, Azimuths, azimuths, radiances, statements, zenith_deg
 from aomc_sky.skies.field_choice import Chosen, sun_of
@@ -26,15 +26,18 @@ class Made(NamedTuple):
     """A field as a table, and how it was read."""
 
     arguments: dict[str, Any]  #: Of a `TabulatedSky`
-    sun: tuple[float | None, float | None]  #: Zenith angle and azimuth of the sun, where they are known [deg]
+    sun: SunAngles
+    sun_of_file: SunAngles  #: Those of its angles that the file states and the caller does not
     convention: AzimuthConvention | None  #: None without azimuths
     names: tuple[str, ...]  #: Of the coordinates
 
 
 def read_radiance_field(
-    chosen: Chosen, stated: Stated, *, grid: PatchGrid | None, sun: tuple[float | None, float | None]
+    chosen: Chosen, stated: Stated, *, grid: PatchGrid | None, sun: SunAngles, other_sun: SunAngles = (None, None)
 ) -> Made:
-    """Turn a radiance with coordinates into arguments of a `TabulatedSky`; `sun` are the angles that the caller states.
+    """Turn a radiance with coordinates into arguments of a `TabulatedSky`.
+
+    An angle of the sun is that of the caller, else of the file, else of `other_sun`.
 
     Zenith angles and azimuths that are dimensions of the field become patches: between their bounds, or half-way
     between them. Those of scattered directions, and fields with NaN, are interpolated on the sphere to `grid`, with
@@ -47,7 +50,11 @@ def read_radiance_field(
     wavelength_nm = said.wavelength_nm
     if said.radiance_unit is None:
         remarks.append("no unit of radiance is stated, so the light is relative (--radiance-unit says one)")
-    sun = sun_of(chosen, sun, convention)
+    of_file: SunAngles = (None, None)
+    if None in sun:
+        of_file = sun_of(chosen, convention)
+        of_file = None if sun[0] is not None else of_file[0], None if sun[1] is not None else of_file[1]
+    sun = _first(sun[0], of_file[0], other_sun[0]), _first(sun[1], of_file[1], other_sun[1])
     columns = None
     if azimuth is None or convention is None:
         remarks.append("the field has no azimuth, so its sky is the same all around")
@@ -64,7 +71,7 @@ def read_radiance_field(
 
     def made(nm: np.ndarray, means: np.ndarray, slope: np.ndarray | None, patches: PatchGrid) -> Made:
         table = {"wavelength_nm": nm, "values": means, "slope": slope, "grid": patches, "remarks": tuple(remarks)}
-        return Made({**table, **settled}, sun, convention, tuple(one.name for one in said.axes))
+        return Made({**table, **settled}, sun, of_file, convention, tuple(one.name for one in said.axes))
 
     if columns is None or zenith.dims != azimuth.dims:  # type: ignore[union-attr]
         edges = None if zenith.bounds is None else zenith_deg(zenith, zenith.bounds, said.zenith_scale)
@@ -91,6 +98,11 @@ def read_radiance_field(
     grid = PatchGrid.regular(90, 180) if grid is None else grid
     wavelength_nm, values, slope = _interpolated((angle, turned), values, wavelength_nm, point_nm, grid, sun, remarks)
     return made(wavelength_nm, values, None if has_bounds else slope, grid)
+
+
+def _first(*angles: float | None) -> float | None:
+    """The first one that is known."""
+    return next((angle for angle in angles if angle is not None), None)
 
 
 def _above(
@@ -392,7 +404,7 @@ def _interpolated(
     wavelength_nm: np.ndarray,
     point_nm: np.ndarray | None,
     grid: PatchGrid,
-    sun: tuple[float | None, float | None],
+    sun: SunAngles,
     remarks: list[str],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Wavelengths, means and slopes of patches by 4 x 4 Gauss points, interpolated as a `RadianceField`.

@@ -81,5 +81,7 @@ def test_fortran_is_named_for_its_own_files_alone(tmp_path, capsys):
 
 def test_a_table_whose_name_ends_as_a_file_of_a_run_is_a_table(tmp_path, capsys):
     path = tmp_path / "photon_counts.csv"
-    path.write_text("# azimuth: clockwise from north\nzenith_deg,azimuth_deg,L_550\n10,0,1\n40,120,1\n40,240,1\n70,60,1\n")
+    path.write_text(
+        "# azimuth: clockwise from north\nzenith_deg,azimuth_deg,L_550\n10,0,1\n40,120,1\n40,240,1\n70,60,1\n"
+    )
     assert said(capsys, "run", path, "--dry-run")[0] == 0

@@ -129,8 +129,7 @@ def _read_toml(path: Path, arguments: argparse.Namespace) -> None:
         from aomc_sky.formats.sky_toml.sections import SunSection
         from aomc_sky.source.read.field import read_sky_field
 
-        sun = toml.sun.over(SunSection(azimuth_deg=0.0))  # amc.inp has one
-        read_sky_field(toml.sky.table, str(path), sun)
+        read_sky_field(toml.sky.table, str(path), toml.sun, SunSection(azimuth_deg=0.0))  # amc.inp has one
     if toml.sky.model is not None and toml.sky.model_span is not None and arguments.sky in (None, toml.sky.model):
         from aomc_sky.source.light.plugin import choose_plugin
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from aomc_sky.errors import Span
-from aomc_sky.formats.radiance_words import Stated
+from aomc_sky.formats.radiance_words import Stated, SunAngles
 from aomc_sky.formats.sky_toml.keys import COEFFICIENT_NAMES, FIELD_KEYS, MOON_KEYS, PREFIX, SKY_TOML
 
 
@@ -74,6 +74,11 @@ class SunSection(Section):
     azimuth_deg: float | None = None  #: Azimuth of the sun, from +x towards +y as in amc.inp. [deg, -360 to 360]
     disc: bool | None = None  #: Whether the beam has the extent of the solar disc
     origin: str = field(default=SKY_TOML, compare=False)  #: who says so
+
+    @property
+    def angles_deg(self) -> SunAngles:
+        """Zenith angle and azimuth."""
+        return self.zenith_deg, self.azimuth_deg
 
     def over(self, below: SunSection) -> SunSection:
         """Each value of this, or else of the other."""

@@ -56,7 +56,8 @@ def _dataset(skies: Sequence[AtmosphereSky], description: str) -> Any:  # xarray
         ),
         "order": variable("order", np.arange(1, sky.n_listed + 1), meaning, "1"),
     }
-    return xr.Dataset(variables, coordinates, _attributes(sky, description))
+    one_sun = {"sun_zenith_deg": sky.sun_zenith_deg} if len(skies) == 1 else {}
+    return xr.Dataset(variables, coordinates, {**_attributes(sky, description), **one_sun})
 
 
 def _by_order(skies: Sequence[AtmosphereSky]) -> np.ndarray:

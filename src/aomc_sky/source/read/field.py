@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +12,7 @@ import numpy as np
 from aomc_sky.errors import FieldError, InputFileError
 from aomc_sky.formats import netcdf
 from aomc_sky.formats.hdf5_storage import require_size
-from aomc_sky.formats.radiance_csv import read_radiance_points
+from aomc_sky.formats.radiance_words import SunAngles
 from aomc_sky.formats.sky_toml.file import problem_of_key
 from aomc_sky.formats.sky_toml.sections import FieldSection, PerezSection, SunSection
 from aomc_sky.skies.field import read_field
@@ -34,7 +33,7 @@ class SkyField:
     section: FieldSection
     variable: str
     sky: TabulatedSky
-    sun: SunSection | None = None  #: where the file says that it is
+    sun: SunSection  #: where the file says that it is
 
     def diffuse(self, folder: str, *, per_solid_angle: bool) -> DiffuseSky:
         """The field as the sky of a scene, with a row for each wavelength of the field that a waveband takes."""
@@ -93,7 +92,7 @@ class MeasuredField:
 
     section: FieldSection
     sky: RadianceField
-    sun: SunSection | None = None  #: where the file says that it is
+    sun: SunSection  #: where the file says that it is
 
     def diffuse(self, folder: str, *, per_solid_angle: bool) -> DiffuseSky:
         """The measured sky as the sky of a scene."""
@@ -109,21 +108,30 @@ _NETCDF_KEYS = (*_STOKES_KEYS, "isel")
 _TABLES = (".csv", ".tsv")
 
 
-def read_sky_field(section: FieldSection, toml_path: str, sun: SunSection) -> SkyField | MeasuredField:
-    """Read the file that `table` names; missing information is an error at a key of sky.toml (E710)."""
+def read_sky_field(
+    section: FieldSection, toml_path: str, sun: SunSection, amc_sun: SunSection
+) -> SkyField | MeasuredField:
+    """Read the file that `table` names; missing information is an error at a key of sky.toml (E710).
+
+    An angle of the sun is that of `sun`, else of the file, else of amc.inp.
+    """
     if os.path.splitext(section.file)[1].lower() in _TABLES:
-        return _read_measured(section, toml_path, sun)
+        for key in (key for key in _NETCDF_KEYS if getattr(section, key)):
+            message, advice = f"{key} is for a netCDF file, and table names a table of text", "remove it"
+            raise InputFileError([problem_of_key(toml_path, ("sky", key), "E710", message, advice)])
+        table, of_file = measured_sky(section.file, section, sun.angles_deg, amc_sun.angles_deg)
+        return MeasuredField(section=section, sky=table, sun=_sun_of_file(section, of_file))
     try:
-        return read_field_file(section, sun)
+        return read_field_file(section, sun.angles_deg, amc_sun.angles_deg)
     except FieldError as error:
         problems = []
         for one in error.all:
-            key = ("sky", one.argument if getattr(section, one.argument, None) else "table")
-            problems.append(problem_of_key(toml_path, key, "E710", one.message, one.advice))
+            place = ("sky", one.argument if getattr(section, one.argument, None) else "table")
+            problems.append(problem_of_key(toml_path, place, "E710", one.message, one.advice))
         raise InputFileError(problems) from None
 
 
-def read_field_file(section: FieldSection, sun: SunSection) -> SkyField:
+def read_field_file(section: FieldSection, sun: SunAngles, other_sun: SunAngles = (None, None)) -> SkyField:
     """Read a netCDF file; FieldError for missing information."""
     with netcdf.open_netcdf(section.file, decode_times=False) as (dataset, allowed):
         chosen = choose(dataset, section)
@@ -132,41 +140,14 @@ def read_field_file(section: FieldSection, sun: SunSection) -> SkyField:
     if section.stokes_signs is not None and chosen.stokes is None:
         message = "--stokes-signs (stokes_signs) are for a field of Q and U, and this one is read without"
         raise FieldError(message, argument="stokes_signs")
-    made, known = read_field(chosen, section, grid=None, sun=_before_amc(chosen.sun, sun))
-    of_file = SunSection(zenith_deg=known[0], azimuth_deg=known[1], origin=os.path.basename(section.file))
+    made, of_file = read_field(chosen, section, grid=None, sun=sun, other_sun=other_sun)
     return SkyField(
         section=section,
         variable=str(chosen.radiance.name),
         sky=TabulatedSky(weighting=Weighting.PROJECTED, **made),
-        sun=None if None in known or any(one is None for one in chosen.sun.values()) else of_file,
+        sun=_sun_of_file(section, of_file),
     )
 
 
-def _before_amc(of_file: Mapping[str, Any], sun: SunSection) -> tuple[float | None, float | None]:
-    """The angles of the sun that the caller states; those of a file come before those of amc.inp."""
-    if sun.origin.endswith("amc.inp") and all(one is not None for one in of_file.values()):
-        return None, None
-    return sun.zenith_deg, sun.azimuth_deg
-
-
-def _read_measured(section: FieldSection, toml_path: str, sun: SunSection) -> MeasuredField:
-    for key in _NETCDF_KEYS:
-        if getattr(section, key):
-            message, advice = f"{key} is for a netCDF file, and table names a table of text", "remove it"
-            raise InputFileError([problem_of_key(toml_path, ("sky", key), "E710", message, advice)])
-    if sun.origin.endswith("amc.inp") and _names_sun(section):  # which comes before that of amc.inp
-        sky = measured_sky(section.file, section, (None, None))
-        assert sky.sun_deg is not None, "the file names both angles"
-        zenith, azimuth = sky.sun_deg
-        sun = SunSection(zenith_deg=zenith, azimuth_deg=azimuth, origin=os.path.basename(section.file))
-        return MeasuredField(section=section, sky=sky, sun=sun)
-    return MeasuredField(section=section, sky=measured_sky(section.file, section, (sun.zenith_deg, sun.azimuth_deg)))
-
-
-def _names_sun(section: FieldSection) -> bool:
-    """Whether a table of text says where the sun is; its problems are those of the reading that follows."""
-    try:
-        points = read_radiance_points(section.file, section)
-    except InputFileError:
-        return False
-    return None not in (points["sun_zenith_deg"], points["sun_azimuth_deg"])
+def _sun_of_file(section: FieldSection, angles: SunAngles) -> SunSection:
+    return SunSection(zenith_deg=angles[0], azimuth_deg=angles[1], origin=os.path.basename(section.file))

@@ -144,9 +144,8 @@ def read_scene_files(path: str | os.PathLike[str], given: LightInputs, reading: 
         difcol = folder.attempt(read_difcol, folder.beside("difcol"), n_wavebands=n, lenient=lenient)
     toml_files = {}
     if toml is not None:
-        sun = given.sun.over(toml.sun)
-        sun = sun if config is None else sun.over(sun_of(config))
-        toml_files = folder.named_files(toml, sky, lambbot, allow_paths, sun)
+        suns = given.sun.over(toml.sun), SunSection() if config is None else sun_of(config)
+        toml_files = folder.named_files(toml, sky, lambbot, allow_paths, suns)
     plugin = folder.plugin(toml, sky, reading.sky_options, given.entrance)
     if config is None and (mistaken := not_a_scene(amc_path)):
         raise mistaken
@@ -208,7 +207,7 @@ class _Folder:
         sky: str | None,
         lambbot: Wavebands | None,
         allow_paths: Sequence[str],
-        sun: SunSection,
+        suns: tuple[SunSection, SunSection],
     ) -> dict[str, Any]:
         """Background skies, and the atmosphere or radiance field if it is the sky."""
         found: dict[str, Any] = {}
@@ -227,7 +226,7 @@ class _Folder:
             from aomc_sky.source.read.field import read_sky_field
 
             self.paths["table"] = toml.sky.table.file
-            made = self.attempt(read_sky_field, toml.sky.table, self.paths["sky_toml"], sun)
+            made = self.attempt(read_sky_field, toml.sky.table, self.paths["sky_toml"], *suns)
             found["sky_field"] = made
             if toml.sky.polarisation is not None and getattr(made and made.sky, "values_q", None) is not None:
                 key, message = ("sky", "polarisation"), "polarisation with a table that has Q and U of its own"

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.directions import AzimuthConvention, given_angle
 from aomc_sky.errors import SceneError
 from aomc_sky.formats.radiance_csv import read_radiance_points
-from aomc_sky.formats.radiance_words import Stated
+from aomc_sky.formats.radiance_words import Stated, SunAngles
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.measured import RadianceField
@@ -113,16 +113,19 @@ def read_radiance_csv(
         _degrees("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad),
         _degrees("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
     )
-    return measured_sky(path, stated, sun, grid=grid, strength=strength)
+    return measured_sky(path, stated, sun, grid=grid, strength=strength)[0]
 
 
 def measured_sky(
-    path: str | os.PathLike[str], stated: Stated, sun: tuple[float | None, float | None], **how: Any
-) -> RadianceField:
-    """As `read_radiance_csv`, with what is stated in one record, and the angles of the sun [deg]."""
-    points = read_radiance_points(os.fspath(path), stated, sun_zenith_deg=sun[0], sun_azimuth_deg=sun[1])
+    path: str | os.PathLike[str], stated: Stated, sun: SunAngles, other_sun: SunAngles = (None, None), **how: Any
+) -> tuple[RadianceField, SunAngles]:
+    """As `read_radiance_csv`, with what is stated in one record; with it come the angles of the sun of the file.
+
+    `other_sun` has the angles of the sun where neither the caller nor the file states them.
+    """
+    points, of_file = read_radiance_points(os.fspath(path), stated, sun, other_sun)
     try:
-        return RadianceField.from_points(**points, **how)
+        return RadianceField.from_points(**points, **how), of_file
     except SceneError as error:
         raise refuse(
             os.fspath(path), str(error), advice="give each wavelength radiances of the sky", code="E654"

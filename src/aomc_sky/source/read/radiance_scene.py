@@ -33,10 +33,9 @@ def measured_scene(
 ) -> Scene:
     """A scene of a measured sky, at its own wavelengths by default, and of the beam that `given` asks for."""
     path = section.file
-    sky = measured_sky(path, section, (given.sun.zenith_deg, given.sun.azimuth_deg))
-    if sky.sun_deg is not None:
-        on_file = SunSection(zenith_deg=sky.sun_deg[0], azimuth_deg=sky.sun_deg[1], origin="measured sky")
-        given = dataclasses.replace(given, sun=given.sun.over(on_file))
+    sky, of_file = measured_sky(path, section, given.sun.angles_deg)
+    on_file = SunSection(zenith_deg=of_file[0], azimuth_deg=of_file[1], origin="measured sky")
+    given = dataclasses.replace(given, sun=given.sun.over(on_file))
     diffuse = model_diffuse(sky, is_file=True, words="the measured sky")
     asked_nm = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
     options = {name: value for name, value in dataclasses.asdict(section).items() if value and name != "file"}
@@ -54,14 +53,13 @@ def field_scene(
     """A scene of the radiance field of a netCDF file, and of the beam that `given` asks for."""
     path = section.file
     try:
-        field = read_field_file(section, given.sun)
+        field = read_field_file(section, given.sun.angles_deg)
     except FieldError as error:
         problems = [NOWHERE.problem(path, "E710", one.message, field="", advice=one.advice) for one in error.all]
         raise InputFileError(problems) from None
     except SceneError as error:
         raise refuse(path, str(error), code="E710") from None
-    if field.sun is not None:
-        given = dataclasses.replace(given, sun=given.sun.over(field.sun))
+    given = dataclasses.replace(given, sun=given.sun.over(field.sun))
     if wavelength_nm is None and not field.sky.has_wavelength:
         raise UsageError(f"{path} has no wavelengths: write --wavelengths 412 443 555")
     if not (given.has_amounts or given.is_cloudless or given.diffuse_only) and (beside := lights_beside(path)):

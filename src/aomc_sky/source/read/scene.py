@@ -259,7 +259,7 @@ def _inputs_of_files(files: SceneFiles) -> tuple[LightInputs, LightInputs]:
     toml, sun = inputs_of_toml(files.toml), sun_of(files.config)
     if files.table is not None:
         toml = dataclasses.replace(toml, amounts=PerezSection())
-    if files.sky_field is not None and files.sky_field.sun is not None:
+    if files.sky_field is not None:
         sun = files.sky_field.sun.over(sun)
     return toml, LightInputs(sun=sun, shares=files.difcol)
 
