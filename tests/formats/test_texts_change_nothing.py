@@ -24,7 +24,8 @@ SENTENCES = [
     # azimuths
     "Azimuth from magnetic north, declination 3 E", "azimuths relative to the ship's heading", "x = north, y = east",
     "mirrored east-west, as seen from below", "0 is the sun, increasing to the left", "phi = 180 towards the sun",
-    "pvlib convention", "For azimuths see the manual of the instrument.", "N-E-S-W", "frame NED", "azimuth zero at the bow, starboard positive",
+    "pvlib convention", "For azimuths see the manual of the instrument.", "N-E-S-W", "frame NED",
+    "azimuth zero at the bow, starboard positive",
     # others
     "Die Azimute zählen im Uhrzeigersinn von Norden.", "Werte mal 1000 genommen", "Zenitwinkel vom Horizont aus",
     "Strahldichten in Mikrowatt je Quadratzentimeter", "Les azimuts sont comptés depuis le sud, vers l'ouest.",
@@ -32,8 +33,9 @@ SENTENCES = [
     "Los ángulos de acimut se cuentan desde el norte.", "radiancias divididas por mil",
     "Os azimutes contam do sul para o oeste.", "valores em logaritmo decimal",
     "Gli azimut sono contati da est in senso antiorario.", "le radianze sono in unità arbitrarie",
-    "Азимут отсчитывается от севера по часовой стрелке.", "Яркости умножены на 1000.", "угол места, а не зенитный угол",
-    "方位角: 北から時計回り", "放射輝度は1000倍してある", "天頂角ではなく高度角", "方位角从正北顺时针计算", "数值已乘以一千", "辐亮度单位为毫瓦",
+    "Азимут отсчитывается от севера по часовой стрелке.", "Яркости умножены на 1000.", "угол места над горизонтом",
+    "方位角: 北から時計回り", "放射輝度は1000倍してある", "天頂角ではなく高度角",
+    "方位角从正北顺时针计算", "数值已乘以一千", "辐亮度单位为毫瓦",
     "Promedio de tres barridos, en centésimas.", "Einheit siehe Handbuch",
 ]  # fmt: skip
 STATED = ["# azimuth: clockwise from north", "# radiance unit: W m-2 nm-1 sr-1"]

@@ -147,7 +147,8 @@ def _scale(
 def angle_scale(axis: Axis, stated: Stated, questions: Questions) -> float:
     """One unit of an angle. [deg]"""
     scale = _scale(axis, stated.angle_unit, ANGLE_DEGREES, "angle_unit", SAY_ANGLE, questions)
-    if scale == 1.0 and stated.angle_unit is None and may_be_radians(axis.values, is_azimuth=axis.role == "azimuth"):
+    is_stated = stated.angle_unit is None and axis.units != []
+    if scale == 1.0 and is_stated and may_be_radians(axis.values, is_azimuth=axis.role == "azimuth"):
         message = f"coordinate {axis.name!r} has values up to {np.nanmax(axis.values):g} degrees; are they radians?"
         questions.append(FieldError(message, f"{SAY_ANGLE}, or correct its attribute units", "angle_unit"))
     return scale
