@@ -396,7 +396,6 @@ NO_SUNS = {
     "nan": (lambda f: f.assign_attrs({**SUN, "sun_azimuth_deg": np.nan}), "sun_azimuth_deg of the file is nan"),
     "unit": (lambda f: f.assign_coords({**SUN, "sun_zenith_deg": ((), 0.44, {"units": "rad"})}), "sun_zenith_deg"),
     "two": (lambda f: f.assign_attrs(SUN).assign_coords({**SUN, "sun_azimuth_deg": 280.0}), "sun_azimuth_deg"),
-    "two places": (lambda f: f.assign_attrs(SUN).assign_coords(sun_azimuth_deg=280.0), "sun_azimuth_deg of the file is"),
 }
 
 
