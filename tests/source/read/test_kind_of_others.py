@@ -9,13 +9,15 @@ from aomc_sky.cli.main import main
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
+TABLE = "# azimuth: clockwise from north\nzenith_deg,azimuth_deg,L_550\n10,0,1\n40,120,1\n40,240,1\n70,60,1\n"
+
 
 def said(capsys, *words):
     code = main([str(word) for word in words])
     return code, capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", ["sky.png", "sky.txt", "sky.dat", "scan.alm"])
+@pytest.mark.parametrize("name", ["sky.png", "scan.alm"])
 def test_a_name_that_says_nothing_is_told_what_a_scene_is(name, tmp_path, capsys):
     """A picture and a table of radiances alike: a file is known by its name, not by what it may hold."""
     (tmp_path / name).write_bytes(b"\x89PNG\0" if name == "sky.png" else b"zenith_deg,azimuth_deg,radiance\n10,0,1\n")
@@ -23,8 +25,16 @@ def test_a_name_that_says_nothing_is_told_what_a_scene_is(name, tmp_path, capsys
         code, text = said(capsys, "run", tmp_path / name, *options)
         assert code == 3
         assert f"{name}: error[E100]: this is not an amc.inp" in text
-        assert "a scene is amc.inp or its folder; a table of radiances has a name in .csv or .tsv" in text
+        assert "a scene is amc.inp or its folder; a table of radiances has a name in .csv, .tsv, .txt or .dat" in text
         assert "lambbot" not in text
+
+
+@pytest.mark.parametrize("name", ["sky.txt", "sky.dat"])
+def test_a_text_without_a_line_of_amc_inp_is_a_table(name, tmp_path, capsys):
+    (tmp_path / name).write_text(TABLE)
+    assert said(capsys, "run", tmp_path / name, "--dry-run")[0] == 0
+    (tmp_path / name).write_text("zenith,azimuth\n")
+    assert "there is no column of radiances among" in said(capsys, "run", tmp_path / name)[1]
 
 
 def test_amc_inp_may_have_another_name(tmp_path, capsys):

@@ -21,6 +21,7 @@ from aomc_sky.skies.measured import RadianceField
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
 from aomc_sky.source.light.diffuse import FIELD, Diffuse, DiffuseSky, Rows, diffuse_of, model_diffuse, patterned
 from aomc_sky.source.light.sun import Sun
+from aomc_sky.source.read.kind import TABLES
 from aomc_sky.source.read.measured import measured_sky
 from aomc_sky.source.scene import require_projected
 from aomc_sky.wavebands import nearest_wavelength_index
@@ -105,7 +106,6 @@ class MeasuredField:
 
 _STOKES_KEYS = ("variable_q", "variable_u", "stokes_signs")
 _NETCDF_KEYS = (*_STOKES_KEYS, "isel")
-_TABLES = (".csv", ".tsv")
 
 
 def read_sky_field(
@@ -115,7 +115,7 @@ def read_sky_field(
 
     An angle of the sun is that of `sun`, else of the file, else of amc.inp.
     """
-    if os.path.splitext(section.file)[1].lower() in _TABLES:
+    if os.path.splitext(section.file)[1].lower() in TABLES:
         for key in (key for key in _NETCDF_KEYS if getattr(section, key)):
             message, advice = f"{key} is for a netCDF file, and table names a table of text", "remove it"
             raise InputFileError([problem_of_key(toml_path, ("sky", key), "E710", message, advice)])

@@ -59,7 +59,11 @@ _AMC_LINES = 40
 _LABEL = re.compile(r"\s*(?:\d+|[a-z])\)|.{44,50}:\s*[-+.\d]")
 """A line of amc.inp: "4)depth (M)", or a colon before column 49."""
 
-_SCENES = "a scene is amc.inp or its folder; a table of radiances has a name in .csv or .tsv, a field of them in .nc"
+_SCENES = (
+    "a scene is amc.inp or its folder; a table of radiances has a name in .csv, .tsv, .txt or .dat, a field in .nc"
+)
+TABLES = (".csv", ".tsv", ".txt", ".dat")
+"""Ends of names of tables of radiances; amc.inp may end in the last two."""
 _MOST_ENTRIES = 1000
 """Entries of a folder in which scenes are looked for."""
 
@@ -75,7 +79,7 @@ def kind_of_name(name: str) -> Kind | None:
     for part, kind in _TABLES.items():
         if name.startswith(part) or f".{part}." in name:
             return kind
-    return Kind.MEASURED if name.endswith((".csv", ".tsv")) else None
+    return Kind.MEASURED if name.endswith(TABLES[:2]) else None
 
 
 def kind_of(path: Path) -> Kind | None:
@@ -87,7 +91,9 @@ def kind_of(path: Path) -> Kind | None:
     if kind is None and path.is_file():
         with contextlib.suppress(OSError), open_regular(path) as file:
             start = file.read(8) or b""  # None: nothing yet, as of /proc/kmsg
-            return next((one for first, one in _FIRST_BYTES.items() if start.startswith(first)), None)
+            kind = next((one for first, one in _FIRST_BYTES.items() if start.startswith(first)), None)
+        if kind is None and path.suffix.lower() in TABLES and not _has_label(path):
+            return Kind.MEASURED
     return kind
 
 
