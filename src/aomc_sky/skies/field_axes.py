@@ -339,8 +339,8 @@ def _ask_of_dimensions(field: Any, axes: Sequence[Axis], questions: Questions) -
     if "azimuth" in roles and zenith.name not in zenith.dims and beside:  # scattered directions
         there = ", ".join(map(repr, beside))
         message = f"the field has {there} beside the zenith angles {zenith.name!r}, and no coordinate azimuth"
-        ways = " or ".join(f"--coordinate azimuth={name}" for name in beside)
-        questions.append(FieldError(message, f"write {ways} (azimuth=), with --azimuth-convention", "azimuth"))
+        options = " or ".join(f"--coordinate azimuth={name}" for name in beside)
+        questions.append(FieldError(message, f"write {options} (azimuth=), with --azimuth-convention", "azimuth"))
     for dim, size in zip(map(str, field.dims), field.shape, strict=True):
         if dim in known or size == 1:
             continue
