@@ -6,17 +6,19 @@ import warnings
 
 import numpy as np
 
-from aomc_sky.directions import AzimuthConvention, sin_cos_deg, to_enu_azimuth_deg, travel_from_sky
+from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg, travel_from_sky
 from aomc_sky.errors import InputWarning
 from aomc_sky.formats.azimuth import words_of
 from aomc_sky.formats.quote import BRIGHTEST
 
-_CONTRAST = 1.5  #: The brightest 2 % of the sky, over its median, from which on the sun's place is looked at.
-_BRIGHT = 0.98
-_AWAY_DEG, _SIDE_AWAY_DEG = 30.0, 40.0  #: So far from the sun the brightest sky, and the brighter side, are elsewhere.
-_SIDE = 0.15  #: Amplitude of the logarithm around the horizon from which on a side is the brighter one.
-_FEWEST = 12
-_NEAR_DEG, _FAR_DEG = 8.0, 16.0
+_BRIGHT, _FEWEST_BRIGHT = 0.02, 3  #: Share and number of the directions that are the brightest sky.
+_CONTRAST = 1.5  #: The least of them over the median of the sky, from which on the sun's place is looked at.
+_DARK = 0.5  #: Share of the median below which darkness says no more: walls, trees and shades.
+_AWAY_DEG = 15.0  #: So far from the sun the brightest sky is elsewhere.
+_FEWEST = 20
+_BETTER, _BETTER_OF_FEW = 2.0, 30.0  #: Factor by which another reading leaves less light open, and more by 1 / n.
+_LEAST_OPEN, _ALIKE = 0.01, 1.25
+_RING_DEG = 30.0  #: Directions of fewer zenith angles say nothing of what is overhead.
 _AGAINST = -0.3  #: Correlation with Rayleigh's pattern of a sign that is probably another one.
 _FEWEST_TURN, _MOST_TURN = 0.75, 1.001
 _POINTS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
@@ -59,12 +61,15 @@ def warn_of_light(
     Radiances of directions in our convention; `convention` is that of the file. Accuracy: docs/howto/measured_sky.md.
     """
     found = [_not_in_degrees(zenith_deg, azimuth_deg)]
-    if None not in sun_deg:
-        sun = float(sun_deg[0] or 0.0), float(sun_deg[1] or 0.0)
-        if convention is not None and radiance.size >= _FEWEST and sun[0] < 90.0:
-            found.append(_sun_elsewhere(radiance, zenith_deg, azimuth_deg, sun, convention))
+    is_light = radiance > 0
+    sun = tuple(one for one in sun_deg if one is not None)
+    if len(sun) == 2 and sun[0] < 90.0 and np.sum(is_light) >= _FEWEST:
+        light, zenith, azimuth = (one[is_light] for one in (radiance, zenith_deg, azimuth_deg))
+        if convention is not None:
+            found.append(_sun_elsewhere(light / light.max(), zenith, azimuth, sun, convention))
         if values_q is not None and values_u is not None:
-            found.append(_other_signs(zenith_deg, azimuth_deg, values_q, values_u, sun))
+            shares = values_q[is_light] / light, values_u[is_light] / light
+            found.append(_other_signs(zenith, azimuth, shares, sun))
     for message in filter(None, found):
         warnings.warn(message, InputWarning, stacklevel=4)
 
@@ -79,27 +84,6 @@ def _not_in_degrees(zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> str:
     return ""
 
 
-def _apart(one_deg: float, other_deg: float) -> float:
-    return abs((one_deg - other_deg + 180.0) % 360.0 - 180.0)
-
-
-def _brightest(radiance: np.ndarray, zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> tuple[float, float]:
-    """Zenith angle and azimuth of the middle of the brightest light. [deg]"""
-    bright = radiance >= np.quantile(radiance, _BRIGHT)
-    x, y, z = -(radiance[bright] @ travel_from_sky(zenith_deg[bright], azimuth_deg[bright]))
-    return float(np.rad2deg(np.arctan2(np.hypot(x, y), z))), float(np.rad2deg(np.arctan2(y, x)))
-
-
-def _brighter_side(radiance: np.ndarray, zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> tuple[float, float]:
-    """Azimuth of the brighter side, and how much brighter it is: the first harmonic of log L beside functions of mu."""
-    mu = sin_cos_deg(zenith_deg)[1]
-    x, y = -travel_from_sky(zenith_deg, azimuth_deg).T[:2]
-    terms = np.stack([np.ones_like(mu), mu, mu * mu, np.exp(-mu / 0.15), x, y], axis=1)
-    log = np.log(np.maximum(radiance, 1e-3 * np.median(radiance)))
-    along, across = np.linalg.lstsq(terms, log, rcond=None)[0][-2:]
-    return float(np.rad2deg(np.arctan2(across, along))), float(np.hypot(along, across))
-
-
 def _sun_elsewhere(
     radiance: np.ndarray,
     zenith_deg: np.ndarray,
@@ -107,42 +91,54 @@ def _sun_elsewhere(
     sun: tuple[float, float],
     convention: AzimuthConvention,
 ) -> str:
-    """Where the brightest sky is not at the sun, and with other azimuths or elevations it would be there."""
-    if np.quantile(radiance, _BRIGHT) < _CONTRAST * np.median(radiance) or not np.any(radiance > 0):
+    """Where the brightest sky is not at the sun, and with other azimuths or elevations the light would fit the sun."""
+    bright = radiance >= np.sort(radiance)[-max(_FEWEST_BRIGHT, int(np.ceil(_BRIGHT * radiance.size)))]
+    x, y, z = middle = -(radiance[bright] @ travel_from_sky(zenith_deg[bright], azimuth_deg[bright]))
+    is_at_sun = -(middle @ travel_from_sky(*sun)) > np.cos(np.deg2rad(_AWAY_DEG)) * np.linalg.norm(middle)
+    if is_at_sun or radiance[bright].min() < _CONTRAST * np.median(radiance):
         return ""
-    zenith, azimuth = _brightest(radiance, zenith_deg, azimuth_deg)
-    side, amplitude = _brighter_side(radiance, zenith_deg, azimuth_deg)
-    sine = float(sin_cos_deg(sun[0])[0])
-
-    def is_at_sun(one: float, way: float, share: float) -> bool:
-        return _apart(one, sun[1]) * sine < _AWAY_DEG * share and _apart(way, sun[1]) < _SIDE_AWAY_DEG * share
-
+    terms = np.vander(zenith_deg / 45.0 - 1.0, 5)  # functions of the elevation as well
+    light = _rest(terms, np.log(np.maximum(radiance, max(_DARK * np.median(radiance), 1e-300))))
+    readings = {one: (zenith_deg, _as_if(azimuth_deg, convention, one, sun[1])) for one in AzimuthConvention}
+    left = {one: _left_open(light, terms, reading, sun) for one, reading in readings.items()}
+    of_elevations = _left_open(light, terms, (90.0 - zenith_deg, azimuth_deg), sun)
+    is_ring = np.ptp(zenith_deg) < _RING_DEG
+    least = min(left.values()) if is_ring else min(of_elevations, *left.values())
+    if left[convention] < (_BETTER + _BETTER_OF_FEW / radiance.size) * least:
+        return ""
+    zenith, azimuth = (float(np.rad2deg(one)) for one in (np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)))
     shown = f"the brightest sky is in the {_compass(azimuth)}, at zenith angle {zenith:.3g}, and the sun is in the "
     shown += f"{_compass(sun[1])}, at {sun[0]:.3g}"
-    if _apart(azimuth, sun[1]) * sine < _AWAY_DEG:
-        is_below = abs(zenith - (90.0 - sun[0])) < _NEAR_DEG and abs(zenith - sun[0]) > _FAR_DEG
-        return f"{shown}: are the zenith angles elevations? (--coordinate elevation=NAME)" if is_below else ""
-    if amplitude < _SIDE or _apart(side, sun[1]) < _SIDE_AWAY_DEG:
-        return ""
-    others = []
-    for one in AzimuthConvention:
-        moved = [_as_if(angle, convention, one, sun[1]) for angle in (azimuth, side)]
-        others += [one] if is_at_sun(moved[0], moved[1], 0.5) else []
-    if not others:
-        return ""
-    words = " or ".join(words_of(one) for one in others)
-    return f"{shown}; with azimuths {words} it would be at the sun (--azimuth-convention)"
+    if least < min(left.values()):
+        return f"{shown}: are the zenith angles elevations? (--coordinate elevation=NAME)"
+    words = " or ".join(words_of(one) for one in sorted(left, key=left.__getitem__) if left[one] < _ALIKE * least)
+    return f"{shown}; with azimuths {words} the light would lie around the sun (--azimuth-convention)"
 
 
-def _as_if(azimuth_deg: float, stated: AzimuthConvention, other: AzimuthConvention, sun_deg: float) -> float:
-    """The azimuth of a direction, had the numbers of the file another convention."""
+def _rest(terms: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """What these terms do not explain of values."""
+    return np.asarray(values - terms @ np.linalg.lstsq(terms, values, rcond=None)[0])
+
+
+def _left_open(
+    light: np.ndarray, terms: np.ndarray, reading_deg: tuple[np.ndarray, np.ndarray], sun: tuple[float, float]
+) -> float:
+    """The share of the light that is no function of the angle to the sun, as Perez has it; above 1 if dark there."""
+    cosine = np.clip(travel_from_sky(*reading_deg) @ travel_from_sky(*sun), -1.0, 1.0)
+    glow = _rest(terms, np.stack([np.exp(-3.0 * np.arccos(cosine)), cosine * cosine], axis=1))
+    explained = float((light @ light - np.sum(_rest(glow, light) ** 2)) / max(light @ light, 1e-12 * light.size))
+    return max(1.0 - (explained if light @ glow[:, 0] > 0 else -explained), _LEAST_OPEN)
+
+
+def _as_if(azimuth_deg: np.ndarray, stated: AzimuthConvention, other: AzimuthConvention, sun_deg: float) -> np.ndarray:
+    """Azimuths, had the numbers of the file another convention."""
     offset, turn = stated.value[:2]
     in_file = turn * (azimuth_deg - offset - (sun_deg if stated.is_from_sun else 0.0))
-    return float(to_enu_azimuth_deg(in_file, other, sun_deg))
+    return to_enu_azimuth_deg(in_file, other, sun_deg)
 
 
 def _other_signs(
-    zenith_deg: np.ndarray, azimuth_deg: np.ndarray, q: np.ndarray, u: np.ndarray, sun: tuple[float, float]
+    zenith_deg: np.ndarray, azimuth_deg: np.ndarray, stokes: tuple[np.ndarray, np.ndarray], sun: tuple[float, float]
 ) -> str:
     """Where Q or U has the other sign than Rayleigh's pattern around the sun."""
     from aomc_sky.skies.polarisation import RayleighPattern
@@ -152,14 +148,13 @@ def _other_signs(
         *angles, sun_zenith_rad=np.deg2rad(sun[0]), sun_azimuth_rad=np.deg2rad(sun[1])
     )
     likeness = [
-        float(a @ b / max(np.linalg.norm(a) * np.linalg.norm(b), 1e-300)) for a, b in zip((q, u), pattern, strict=True)
+        float(a @ b / max(np.linalg.norm(a) * np.linalg.norm(b), 1e-300)) for a, b in zip(stokes, pattern, strict=True)
     ]
     against = [name for name, one in zip("QU", likeness, strict=True) if one < _AGAINST]
     if not against:
         return ""
-    signs = " ".join("-1" if one < _AGAINST else "1" for one in likeness)
     shown = ", ".join(f"{name} {one:.2f}" for name, one in zip("QU", likeness, strict=True))
     return (
         f"{' and '.join(against)}: another sign than that of Rayleigh's pattern around the sun (correlation of "
-        f"{shown}); are they of another convention? (--stokes-signs {signs})"
+        f"{shown}); have they other signs than stated? (--stokes-signs)"
     )
