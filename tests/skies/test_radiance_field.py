@@ -363,7 +363,7 @@ def test_light_that_is_not_where_the_sun_is_gets_a_warning(words):
     plain, wrong = read(sky_of_the_sun()), sky_of_the_sun(words=words)
     assert read(sky_of_the_sun(), **SUN) == read(sky_of_the_sun().assign_attrs(SUN)) == plain
     for made, given in ((wrong, {}), (sky_of_the_sun(), {"azimuth_convention": words})):
-        with pytest.warns(sky.InputWarning, match=f"with azimuths .*{EAST}.* it would be at the sun"):
+        with pytest.warns(sky.InputWarning, match=f"with azimuths .*{EAST}.* the light would lie around"):
             assert read(made, **SUN, **given).values.max() == pytest.approx(plain.values.max(), rel=1e-9)
     low = sky_of_the_sun().assign_coords(zenith=("zenith", 90 - sky_of_the_sun().zenith.values, DEGREES))
     with pytest.warns(sky.InputWarning, match="are the zenith angles elevations"):

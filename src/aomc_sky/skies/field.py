@@ -36,10 +36,12 @@ def read_field(
     values = read["values"].reshape(len(read["values"]), -1)
     light = {"zenith_deg": zenith, "azimuth_deg": azimuth}
     polarised = {key: read[key][0].ravel() for key in ("values_q", "values_u") if key in read}
-    warn_of_light(values[0], **light, sun_deg=made.sun, convention=made.convention, **polarised)
+    signs = stated.stokes_signs or (1, 1)
+    warn_of_light(values[0], **light, sun_deg=made.sun, convention=made.convention, stokes_signs=signs, **polarised)
     irradiance = float(values[0] @ patches.projected_solid_angle_sr)
     nm = float(read["wavelength_nm"][0]) if read["has_wavelength"] else None
-    brightest = brightest_note(values[0], zenith, azimuth, irradiance, read["radiance_unit"], nm)
+    around = None if made.convention is None else azimuth
+    brightest = brightest_note(values[0], zenith, around, irradiance, read["radiance_unit"], nm)
     remarks = (*_said(chosen, stated, made.names), brightest, *read["remarks"])
     return {**read, "remarks": remarks}, made.sun_of_file
 

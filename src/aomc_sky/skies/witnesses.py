@@ -20,22 +20,23 @@ _BETTER, _BETTER_OF_FEW = 2.0, 30.0  #: Factor by which another reading leaves l
 _LEAST_OPEN, _ALIKE = 0.01, 1.25
 _RING_DEG = 30.0  #: Directions of fewer zenith angles say nothing of what is overhead.
 _AGAINST = -0.3  #: Correlation with Rayleigh's pattern of a sign that is probably another one.
-_FEWEST_TURN, _MOST_TURN = 0.75, 1.001
 _POINTS = ("east", "north-east", "north", "north-west", "west", "south-west", "south", "south-east")
 
 
 def brightest_note(
     radiance: np.ndarray,
     zenith_deg: np.ndarray,
-    azimuth_deg: np.ndarray,
+    azimuth_deg: np.ndarray | None,
     irradiance: float,
     unit: float,
     nm: float | None,
 ) -> str:
     """The line of what was read: the brightest direction, and the irradiance of a wavelength [radiance x sr]."""
     k = int(np.argmax(radiance))
-    zenith, azimuth = (round(float(one[k]), 1) for one in (zenith_deg, azimuth_deg))
-    place = f"zenith angle {zenith:g}, azimuth {azimuth % 360:g} ({_compass(azimuth)})"
+    place = f"zenith angle {round(float(zenith_deg[k]), 1):g}"
+    if azimuth_deg is not None:
+        azimuth = round(float(azimuth_deg[k]), 1)
+        place += f", azimuth {azimuth % 360:g} ({_compass(azimuth)})"
     at = "" if nm is None else f" at {nm:g} nm"
     light = f"Ed {irradiance * unit:.4g} W m-2 nm-1" if unit else f"Ed {irradiance:.4g} (relative)"
     return f"{BRIGHTEST} {place}; {light}{at}"
@@ -55,12 +56,14 @@ def warn_of_light(
     convention: AzimuthConvention | None,
     values_q: np.ndarray | None = None,
     values_u: np.ndarray | None = None,
+    stokes_signs: tuple[float, float] = (1, 1),
 ) -> None:
     """Warn where the light contradicts what was stated of it, as far as the sun is known (InputWarning).
 
-    Radiances of directions in our convention; `convention` is that of the file. Accuracy: docs/howto/measured_sky.md.
+    Radiances of directions in our convention; `convention` is that of the file, `stokes_signs` those that made Q and
+    U ours. Accuracy: docs/howto/measured_sky.md.
     """
-    found = [_not_in_degrees(zenith_deg, azimuth_deg)]
+    found: list[str] = []
     is_light = radiance > 0
     sun = tuple(one for one in sun_deg if one is not None)
     if len(sun) == 2 and sun[0] < 90.0 and np.sum(is_light) >= _FEWEST:
@@ -69,19 +72,9 @@ def warn_of_light(
             found.append(_sun_elsewhere(light / light.max(), zenith, azimuth, sun, convention))
         if values_q is not None and values_u is not None:
             shares = values_q[is_light] / light, values_u[is_light] / light
-            found.append(_other_signs(zenith, azimuth, shares, sun))
+            found.append(_other_signs(zenith, azimuth, shares, stokes_signs, sun))
     for message in filter(None, found):
         warnings.warn(message, InputWarning, stacklevel=4)
-
-
-def _not_in_degrees(zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> str:
-    """Whether the angles of a whole sky are within a quarter and a turn in radians."""
-    height, turn = float(np.max(np.abs(zenith_deg), initial=0.0)), float(np.ptp(azimuth_deg))
-    if _FEWEST_TURN < height / (np.pi / 2) < _MOST_TURN and _FEWEST_TURN < turn / (2 * np.pi) < _MOST_TURN:
-        return (
-            f"zenith angles go to {height:g} degrees and azimuths over {turn:g}: are they radians? (--angle-unit rad)"
-        )
-    return ""
 
 
 def _sun_elsewhere(
@@ -138,7 +131,11 @@ def _as_if(azimuth_deg: np.ndarray, stated: AzimuthConvention, other: AzimuthCon
 
 
 def _other_signs(
-    zenith_deg: np.ndarray, azimuth_deg: np.ndarray, stokes: tuple[np.ndarray, np.ndarray], sun: tuple[float, float]
+    zenith_deg: np.ndarray,
+    azimuth_deg: np.ndarray,
+    stokes: tuple[np.ndarray, np.ndarray],
+    signs: tuple[float, float],
+    sun: tuple[float, float],
 ) -> str:
     """Where Q or U has the other sign than Rayleigh's pattern around the sun."""
     from aomc_sky.skies.polarisation import RayleighPattern
@@ -154,7 +151,8 @@ def _other_signs(
     if not against:
         return ""
     shown = ", ".join(f"{name} {one:.2f}" for name, one in zip("QU", likeness, strict=True))
+    right = " ".join(f"{-sign if one < _AGAINST else sign:g}" for sign, one in zip(signs, likeness, strict=True))
     return (
         f"{' and '.join(against)}: another sign than that of Rayleigh's pattern around the sun (correlation of "
-        f"{shown}); have they other signs than stated? (--stokes-signs)"
+        f"{shown}); are they of another convention? (--stokes-signs {right})"
     )
