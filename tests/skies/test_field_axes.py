@@ -308,7 +308,7 @@ def test_the_name_that_is_offered_is_not_that_of_another_coordinate():
         ([440.0, 550.0], "wavelength_nm", {}, None, [440, 550]),
         ([440.0, 550.0], "wavelength", {}, None, "does not say in which unit it is"),
         ([440.0, 550.0], "wavelength", {"long_name": "in nm"}, None, 'does not say .*; its text says "in nm"'),
-        ([440.0, 550.0], "wavelength_um", {"units": "nm"}, None, "in um by its name and in nm by its attribute"),
+        ([440.0, 550.0], "wavelength_um", {"units": "nm"}, None, "has the units um and nm by its name"),
         ([18181.0, 20000.0], "wavelength", {"units": "cm-1"}, None, "has the unit 'cm-1', which is none"),
         ([0.44, 0.55], "wavelength", {"units": "nm"}, None, "wavelengths of 0.44 to 0.55 nm; 20 to 100000 are read"),
     ],

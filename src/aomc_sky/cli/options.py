@@ -373,7 +373,9 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
     if kind is not Kind.SCENE and Path(path).is_file() and (mistaken := not_a_scene(Path(path))):
         raise mistaken  # before what is said of options
     for name in given_options(arguments, add_measured_options):
-        raise UsageError(f"{name} is for a measured sky (.csv) or a radiance field (.nc); {path} is none")
+        key = attribute(name) if name not in ("--coordinate", "--isel") else "zenith, azimuth, wavelength or isel"
+        message = f"{name} is for a measured sky (.csv) or a radiance field (.nc); {path} is none"
+        raise UsageError(f"{message}: write {key} below [sky] of sky.toml for its table")
     if getattr(arguments, "wavelengths", None) and Path(path).exists():
         raise UsageError(
             f"--wavelengths is for a run without files or a measured sky; {path} has its own in lambbot.inp: leave it "

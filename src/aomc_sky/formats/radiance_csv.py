@@ -36,6 +36,7 @@ from aomc_sky.formats.radiance_words import (
     by_wavelength,
     doubt_of_gaps,
     instead,
+    is_known,
     may_be_radians,
     plain_unit,
     say_coordinate,
@@ -58,8 +59,8 @@ _NEEDED = {
     "azimuth": ("azimuths", "name it azimuth_deg"),
     "radiance": ("radiances", "name it radiance, or L_412 and so on for each wavelength [nm]"),
 }
-_COMMENT = re.compile(r"\s*(?:[#%!]+|//+)")
-_KEY = re.compile(r"\s*([A-Za-z][\w ]*?)\s*[:=]\s*(\S.*?)\s*\Z")
+_COMMENT = re.compile(r"[\s\"]*(?:[#%!]+|//+)")
+_KEY = re.compile(r"\s*([A-Za-z][\w ]*?)\s*[:=][\s,;]*(\S.*?)[\s,;\"]*\Z")  # Excel fills lines up with commas
 _MEASURE = re.compile(r"(-?(?:\d+\.?\d*|\.\d+)) *([^\W\d_]*)\b,? *(.*)")
 """A number, its unit, and more words: 225 deg clockwise from north."""
 _GROUPED = re.compile(r"[1-9]\d{0,2}(?:\.\d{3})+")
@@ -148,7 +149,7 @@ class _Table:
         key = KEYS.get(" ".join(match[1].lower().replace("_", " ").split())) if match else None
         if match is None or key is None:
             if any(map(str.isalnum, text)):
-                self.texts[number] = text.strip()
+                self.texts[number] = text.strip(' \t,;"')
             return
         span = Span(number, match.start(2) + 1, line, len(match[2]))
         if self.head.setdefault(key, (match[2], span))[0] != match[2]:
@@ -165,10 +166,16 @@ class _Table:
         columns = self._columns()
         of = {one.slot: one for one in columns}
         angles = {slot: self._angle(of[slot]) for slot in ("zenith", "azimuth") if slot in of}
-        sun_zenith, sun_azimuth = self._sun("sun_zenith_deg", 90.0), self._sun("sun_azimuth_deg", 360.0)
+        sun_zenith, sun_azimuth = self._sun("sun_zenith_deg", 180.0), self._sun("sun_azimuth_deg", 360.0)
         convention = self._states_azimuths(of.get("azimuth"))
         light = [one for one in columns if one.role == RADIANCE]
         factor = self._factor(light[0] if light else None)
+        for key in ("angle_unit", "wavelength_unit"):
+            text, span = self.head.get(key, ("", NOWHERE))
+            if text and not is_known(key, text):
+                self._bad(
+                    span, f"{quoted(text)} is no unit that is read", _LENGTH_LINE if "wave" in key else _ANGLE_LINE
+                )
         if not {*_NEEDED} <= {*of}:
             self._close()
         zenith, azimuth = angles["zenith"], angles["azimuth"]
@@ -240,15 +247,15 @@ class _Table:
         unused = []
         for index, text in enumerate(names):
             found = self._role(text)
-            span = cell_span(number, line, index, self.delimiter)
             if found is None:
                 unused += [text] if text else []
                 continue
+            span = cell_span(number, line, index, self.delimiter)
             one = _Column(*found, text, index, span, np.full(len(self.rows), np.nan))
             first = columns.setdefault((one.slot, one.wavelength_nm), one)
             if first is not one:
                 message = f"columns {first.index + 1} and {index + 1} are both {one.slot}"
-                self._bad(span, message, "give the one that is not meant another name")
+                self._bad(span, message, f"leave one of them out, or {say_coordinate(one.slot)}")
             elif text.endswith(".1") and text[:-2] in names:
                 message = f"{quoted(text)} beside {quoted(text[:-2])}: a second column of that name, as pandas has it?"
                 self._bad(span, message, f"leave one of them out, or write {text}0 for this wavelength")
@@ -258,7 +265,7 @@ class _Table:
             if name not in names:
                 self._bad(whole, f"there is no column {quoted(name)} among {shown}", "name a column of the file")
         missing = [slot for slot in _NEEDED if slot not in {slot for slot, _ in columns}]
-        for slot in missing:
+        for slot in missing if len(names) > 1 else missing[:1]:
             what, advice = _NEEDED[slot]
             free = [text for text in names if self._role(text) is None]
             advice = f"{advice}, or {say_coordinate(slot, free)}"
@@ -274,11 +281,11 @@ class _Table:
 
     def _read_rows(self, columns: list[_Column], n_names: int) -> None:
         width = max((one.index for one in columns), default=0) + 1
-        decimal = self._decimal()
+        decimal, is_asked = self._decimal(), False
         for k, (number, line) in enumerate(self.rows):
             cells = split_row(line, self.delimiter)
             if len(cells) < width or any(cells[n_names:]):
-                advice = f"write {DELIMITERS[self.delimiter]} between columns, and a point for decimals"
+                advice = f"write {DELIMITERS[self.delimiter]} between columns alone, and a name for each column"
                 message = f"a row of {len(cells)} columns under {n_names} names"
                 self._bad(Span(number, 1, line, len(line)), message, advice, "E652")
                 continue
@@ -289,11 +296,11 @@ class _Table:
                 except BadValueError as problem:
                     span = cell_span(number, line, one.index, self.delimiter)
                     self._bad(span, problem.message, problem.advice, "E652")
-                if decimal == "" and self.delimiter != "," and _GROUPED.fullmatch(text):
+                if decimal == "" and self.delimiter != "," and not is_asked and _GROUPED.fullmatch(text):
                     message = f"{quoted(text)} may be {text.replace('.', '')}, with a separator of thousands"
                     advice = f"{_DECIMAL_LINE.format('point')}; else write {text.replace('.', '')}"
                     self._bad(cell_span(number, line, one.index, self.delimiter), message, advice, "E652")
-                    decimal = "point"  # asked once
+                    is_asked = True
             if self.report.is_full:
                 break
 
@@ -369,7 +376,7 @@ class _Table:
         convention = convention_of(words) if name == "sun_azimuth_deg" else None
         is_right = convention is not None and not convention.is_from_sun if name == "sun_azimuth_deg" else not words
         if not is_right or not abs(value) <= high:
-            advice = _SUN_LINE if name == "sun_azimuth_deg" else "write '# sun zenith: 40 deg', 0 to 90 degrees"
+            advice = _SUN_LINE if name == "sun_azimuth_deg" else "write '# sun zenith: 40 deg', 0 to 180 degrees"
             self._bad(span, f"{quoted(text)} does not say where the sun is", advice)
             return 0.0
         value = round(value, _DIGITS)
@@ -409,8 +416,17 @@ class _Table:
             self._bad(self.head["wavelength"][1], "a wavelength here, and in the columns", "keep one of the two")
         if len(unnamed) < len(light):
             if unnamed or column is not None:
-                advice = "keep one of the two, and give the other columns other names"
+                advice = f"leave one of the two out, or {say_coordinate(RADIANCE)}"
                 self._bad((column or unnamed[0]).span, "other columns have wavelengths in their names", advice)
+            for one in light:
+                if one.wavelength_nm is not None and not LEAST_NM <= one.wavelength_nm <= MOST_NM:
+                    advice = f"write {LEAST_NM:g} to {MOST_NM:g} nm, or another name for what is none"
+                    self._bad(one.span, f"{quoted(one.name)} has no wavelength in nm", advice)
+            unit = self.stated.wavelength_unit or self.head.get("wavelength_unit", ("nm",))[0]
+            if LENGTH_NM.get(plain_unit(unit)) != 1.0:
+                self._bad(
+                    light[0].span, f"wavelengths in names are in nm, and {quoted(unit)} is stated", "leave it out"
+                )
             return np.repeat([one.wavelength_nm or 0.0 for one in light], n)
         if column is not None:
             ask = f"nothing says in which unit {quoted(column.name)} is"
@@ -422,9 +438,12 @@ class _Table:
             return None
         text, span = self.head["wavelength"]
         match = _MEASURE.fullmatch(text)
-        unit = plain_unit(self.stated.wavelength_unit or (match[2] if match else ""))
-        value = float(match[1]) * LENGTH_NM.get(unit, np.nan) if match and not match[3] else np.nan
-        if not LEAST_NM <= value <= MOST_NM:
+        value = np.nan
+        if match and not match[3]:
+            line = _Column("wavelength", match[2], None, text, 0, span, np.full(n, value))
+            ask = f"nothing says in which unit {quoted(text)} is"
+            value = float(match[1]) * self._unit(line, "wavelength_unit", LENGTH_NM, ask, _LENGTH_LINE)
+        if not LEAST_NM <= value <= MOST_NM and not any(one.line == span.line for one in self.report.problems):
             self._bad(span, f"{quoted(text)} is no wavelength", "write '# wavelength: 550 nm', or um for micrometres")
         return np.full(n, value)
 
@@ -444,14 +463,19 @@ def _number(text: str, decimal: str) -> float:
         message = f"{quoted(text)} has a point, and decimals have commas"
         raise BadValueError("E652", message, advice="write the number without a separator of thousands")
     if decimal != "comma" and "," in text:
-        message = f"{quoted(text)} has a comma"
-        advice = f"{_DECIMAL_LINE.format('comma')}; write no separator of thousands"
-        raise BadValueError("E652", message, advice=advice)
+        digits = text.replace(",", "")
+        if "." in text or decimal == "point":
+            advice = f"write {digits}, without a separator of thousands"
+        elif _GROUPED.fullmatch(text.replace(",", ".")):
+            advice = f"write {digits}, or if it is {text.replace(',', '.')}, {_DECIMAL_LINE.format('comma')}"
+        else:
+            advice = _DECIMAL_LINE.format("comma")
+        raise BadValueError("E652", f"{quoted(text)} has a comma", advice=advice)
     try:
         value = parse_real(plain)
-    except BadValueError as problem:
-        problem.advice = f"{problem.advice}, or nothing for a gap"
-        raise
+    except BadValueError:
+        message = f"{quoted(text)} is not a number"
+        raise BadValueError("E652", message, advice="write a number, or nothing for a gap") from None
     if abs(value) > MAX_RADIANCE:
         message = f"{quoted(text)} is beyond all ranges"
         raise BadValueError("E652", message, advice="write a smaller number, or nothing for a gap")

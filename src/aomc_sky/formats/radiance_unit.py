@@ -44,7 +44,8 @@ def radiance_factor(unit: str) -> float | None:
         below = -1 if token["below"] else 1
         if token["number"]:
             base, _, power = re.sub(r"^10\^?(?=[-+])", "10^", token["number"]).partition("^")
-            if number is not None or not float(base):
+            is_between = place > 0 and not token["below"]  # W m-2 100nm-1 sr-1
+            if number is not None or is_between or not float(base):
                 return None
             number = (Fraction(base) ** int(power or 1)) ** below
         found.append((token["unit"], below * int((token["exponent"] or "1").lstrip("^"))))

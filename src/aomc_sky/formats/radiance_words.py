@@ -134,6 +134,11 @@ _MEANINGS: dict[str, Callable[[str], object]] = {
 """What a word of a file means, by what it states."""
 
 
+def is_known(what: str, text: str) -> bool:
+    """Whether a text is one of the words of what it states."""
+    return _MEANINGS[what](text) is not None
+
+
 def instead(what: str, given: object, said: str) -> list[str]:
     """The note of a caller's word that comes before another one of the file, a list of one; empty where they agree."""
     word = words_of(given) if isinstance(given, AzimuthConvention) else str(given)

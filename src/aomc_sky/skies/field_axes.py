@@ -58,7 +58,7 @@ class Axis(NamedTuple):
     @property
     def units(self) -> list[str]:
         """Units by its name and its attribute."""
-        stated = (str(self.attributes.get(key, "")) for key in ("units", "unit"))
+        stated = (str(self.attributes.get(key) or "") for key in ("units", "unit"))
         return [text for text in (NAMES.get(self.name.lower(), ("", ""))[1], *stated) if text.strip()]
 
     def question(self, message: str, beside: Mapping[str, Any] | None = None) -> str:
@@ -93,10 +93,10 @@ def axis_of(field: Any, role: str, stated: Stated, bounds: Mapping[str, Any]) ->
             raise FieldError(message, f"leave the others out of the file, or {say_coordinate(role)}", role)
         if not fitting and role == "zenith":
             single = [str(one) for one, axis in field.coords.items() if not axis.dims and named_role(str(one)) in given]
-            if single:
+            free = [one for one in known if not named_role(one)]
+            if single and not free:
                 message = f"coordinate {single[0]!r} has no dimension"
                 raise FieldError(message, f"give it one: field.expand_dims({single[0]!r})", role)
-            free = [one for one in known if not named_role(one)]
             advice = f"{say_coordinate('zenith', free)}, or elevation=NAME, or give it the name zenith"
             raise FieldError(f"the field has no coordinate zenith among {listed}", advice, role)
         if not fitting:
@@ -139,7 +139,9 @@ def _scale(
     if unknown:
         message = f"coordinate {axis.name!r} has the unit {unknown[0]!r}, which is none that is read"
     elif said:
-        message = f"coordinate {axis.name!r} is in {said[0]} by its name and in {said[1]} by its attribute units"
+        message = f"coordinate {axis.name!r} has the units {' and '.join(said)} by its name and its attributes"
+    if "1" in unknown and axis.role != "wavelength":
+        advice = f"of cosines write zenith angles, arccos(mu); else {advice}"
     questions.append(FieldError(axis.question(message), f"{advice}, or set its attribute units", argument))
     return 1.0
 
@@ -201,15 +203,16 @@ def azimuths(
 
 
 def azimuth_convention(
-    axis: Axis, stated: Stated, beside: Mapping[str, Any], questions: Questions
+    axis: Axis, stated: Stated, field: Any, of_file: Mapping[str, Any], questions: Questions
 ) -> AzimuthConvention:
-    """What the caller, the coordinate, or else the file states; `beside` are attributes of field and file."""
+    """What the caller states, or else the coordinate, or else field and file."""
     if stated.convention is not None:
         return stated.convention
     attributes = axis.attributes
-    text = str(attributes.get("azimuth_convention", beside.get("azimuth_convention", "")))
+    places = (attributes,) if attributes.get("azimuth_convention") else (field.attrs, of_file)
+    texts = dict.fromkeys(str(one["azimuth_convention"]) for one in places if one.get("azimuth_convention"))
     found: dict[str, AzimuthConvention] = {}
-    if text:
+    for text in texts:
         known = AzimuthConvention.ENU_FROM_EAST if text == OURS else convention_of(text)
         if known is None:
             message = f"azimuth {axis.name!r}: {quoted(text)} is no convention of azimuths that is read"
@@ -227,7 +230,9 @@ def azimuth_convention(
         message = f"azimuth {axis.name!r}: {' and '.join(found)} differ"
         questions.append(FieldError(message, SAY_AZIMUTH, "azimuth_convention"))
     elif not found:
-        message = axis.question(f"nothing says from where azimuth {axis.name!r} counts and which way", beside)
+        message = axis.question(
+            f"nothing says from where azimuth {axis.name!r} counts and which way", {**of_file, **field.attrs}
+        )
         advice = f"{SAY_AZIMUTH}; in the file its attribute azimuth_convention says it"
         questions.append(FieldError(message, advice, "azimuth_convention"))
     return next(iter(found.values()), AzimuthConvention.ENU_FROM_EAST)
@@ -267,8 +272,32 @@ class Statements(NamedTuple):
         return tuple(one for one in (self.zenith, self.azimuth, self.wavelength) if one is not None)
 
 
-def statements(field: Any, bounds: Mapping[str, Any], of_file: Mapping[str, Any], stated: Stated) -> Statements:
-    """What is stated of a field; FieldError with all questions that are left open."""
+def _ask_of_azimuths(
+    zenith: Axis, wavelength: Axis | None, along: Mapping[str, tuple[str, ...]], questions: Questions
+) -> None:
+    """Ask for the azimuths of scattered directions, if other numbers lie along them; `along` are those of the file."""
+    taken = (zenith.name, *(() if wavelength is None else (wavelength.name,)), *zenith.dims)
+    beside = [name for name, dims in along.items() if {*dims} and {*dims} <= {*zenith.dims} and name not in taken]
+    steps = np.diff(zenith.values)
+    is_scattered = zenith.name not in zenith.dims or not (np.all(steps > 0) or np.all(steps < 0))
+    if is_scattered and beside:
+        there = ", ".join(map(repr, beside))
+        message = f"the field has {there} beside the zenith angles {zenith.name!r}, and no coordinate azimuth"
+        options = " or ".join(f"--coordinate azimuth={name}" for name in beside)
+        questions.append(FieldError(message, f"write {options} (azimuth=), with --azimuth-convention", "azimuth"))
+
+
+def statements(
+    field: Any,
+    bounds: Mapping[str, Any],
+    of_file: Mapping[str, Any],
+    along: Mapping[str, tuple[str, ...]],
+    stated: Stated,
+) -> Statements:
+    """What is stated of a field; FieldError with all questions that are left open.
+
+    `along` has the dimensions of all other variables of numbers.
+    """
     questions: Questions = []
     axes: list[Axis | None] = []
     unclear: list[str] = []
@@ -283,10 +312,11 @@ def statements(field: Any, bounds: Mapping[str, Any], of_file: Mapping[str, Any]
     unit = _radiance_unit(field, stated.radiance_unit, questions)
     scales = [1.0 if axis is None else angle_scale(axis, stated, questions) for axis in (zenith, azimuth)]
     beside = {**of_file, **field.attrs}
-    convention = None if azimuth is None else azimuth_convention(azimuth, stated, beside, questions)
+    convention = None if azimuth is None else azimuth_convention(azimuth, stated, field, of_file, questions)
     nm = np.array([550.0]) if wavelength is None else wavelengths_nm(wavelength, stated, questions)
-    if zenith is not None:
-        _ask_of_dimensions(field, [axis for axis in axes if axis is not None], questions)
+    _ask_of_dimensions(field, [axis for axis in axes if axis is not None], questions)
+    if zenith is not None and azimuth is None and "azimuth" not in unclear:
+        _ask_of_azimuths(zenith, wavelength, along, questions)
     for axis, role, name in ((azimuth, "azimuth", "azimuth_convention"), (wavelength, "wavelength", "wavelength_unit")):
         if axis is None and role not in unclear and getattr(stated, name) is not None:
             message = f"{name} is given, and the field has no coordinate {role}"
@@ -329,18 +359,8 @@ def _radiance_unit(field: Any, given: str | None, questions: Questions) -> float
 def _ask_of_dimensions(field: Any, axes: Sequence[Axis], questions: Questions) -> None:
     """Ask for dimensions of which nothing says what they are."""
     known = {dim for axis in axes for dim in axis.dims}
-    roles = sorted({"azimuth", "wavelength"} - {axis.role for axis in axes})
-    zenith = axes[0]
-    beside = [
-        str(name)
-        for name, one in field.coords.items()
-        if {*one.dims} & {*zenith.dims} and name not in (*field.dims, *(axis.name for axis in axes))
-    ]
-    if "azimuth" in roles and zenith.name not in zenith.dims and beside:  # scattered directions
-        there = ", ".join(map(repr, beside))
-        message = f"the field has {there} beside the zenith angles {zenith.name!r}, and no coordinate azimuth"
-        options = " or ".join(f"--coordinate azimuth={name}" for name in beside)
-        questions.append(FieldError(message, f"write {options} (azimuth=), with --azimuth-convention", "azimuth"))
+    found = {"zenith" if axis.role == "elevation" else axis.role for axis in axes}
+    roles = [role for role in ("zenith", "azimuth", "wavelength") if role not in found]
     for dim, size in zip(map(str, field.dims), field.shape, strict=True):
         if dim in known or size == 1:
             continue

@@ -28,6 +28,8 @@ from aomc_sky.skies.field_axes import bounds_name, named_role
 
 MAX_NAMES = 40
 SUN_NAMES = ("sun_zenith_deg", "sun_azimuth_deg")
+_SAY_ANGLE_OF_SUN = {SUN_NAMES[0]: "write --sun-zenith DEG (sun_zenith_deg=)", SUN_NAMES[1]: SAY_SUN}
+_SAME_DEG = 1e-3  #: Suns that are nearer are one: float32 has less.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -39,6 +41,7 @@ class Chosen:
     bounds: dict[str, Any]
     attributes: dict[str, Any]  #: Of the file
     others: tuple[str, ...]  #: Names of all other variables and coordinates
+    along: dict[str, tuple[str, ...]]  #: Dimensions of those of numbers
     sun: dict[str, list[Any]]  #: What the file has under the names of the sun's angles, at each place
 
     @property
@@ -70,6 +73,10 @@ def choose(field: Any, stated: Stated) -> Chosen:
                 "give values without coordinates to sky.TabulatedSky(grid=, wavelength_nm=, values=)",
             )
         field = field.to_dataset(name=RADIANCE if field.name in (None, *field.coords) else field.name)
+    if stated.decimal is not None:
+        raise FieldError("decimal is for a table of text", "leave it out", "decimal")
+    for dim in [dim for dim, index in field.indexes.items() if index.nlevels > 1]:  # stacked directions
+        field = field.reset_index(dim)
     whole = _at_indices(field, dict(stated.isel))
     entries = _stokes_entries(whole, stated)
     name, *stokes = _names(whole if entries is None else entries[0], stated)
@@ -99,6 +106,11 @@ def choose(field: Any, stated: Stated) -> Chosen:
         bounds={key: whole[key].reset_coords(drop=True) for key in edges if key in whole.variables},
         attributes=dict(whole.attrs),
         others=tuple(str(key) for key in whole.variables if key not in (name, *stokes, *edges, *whole.dims)),
+        along={
+            str(key): tuple(map(str, one.dims))
+            for key, one in whole.variables.items()
+            if one.dtype.kind in "iuf" and key not in (name, *stokes, *edges, *SUN_NAMES)
+        },
         sun={
             key: [place[key] for place in (whole.attrs, radiance.attrs, whole.variables) if key in place]
             for key in SUN_NAMES
@@ -179,14 +191,17 @@ def _names(dataset: Any, stated: Stated) -> list[str]:
     return [name, *there]
 
 
-def sun_of(chosen: Chosen, convention: AzimuthConvention | None) -> SunAngles:
-    """The angles of the sun that the file states; its azimuth counts by its own convention, or that of the others."""
+def sun_of(chosen: Chosen, given: SunAngles, convention: AzimuthConvention | None) -> SunAngles:
+    """The angles of the sun that the file states and the caller does not.
+
+    Its azimuth counts by its own convention, or that of the others.
+    """
     found: list[float | None] = []
-    for name, places in chosen.sun.items():
-        values = {_angle_of_sun(name, one, convention) for one in places}
-        if len(values) > 1:
+    for (name, places), own in zip(chosen.sun.items(), given, strict=True):
+        values = [] if own is not None else [_angle_of_sun(name, one, convention) for one in places]
+        if np.ptp(values or [0.0]) > _SAME_DEG:
             message = f"{name} of the file is {' and '.join(f'{one:g}' for one in sorted(values))}"
-            raise FieldError(message, "keep one of them, or write --sun-zenith and --sun-azimuth", "table")
+            raise FieldError(message, f"keep one of them, or {_SAY_ANGLE_OF_SUN[name]}", "table")
         found.append(next(iter(values), None))
     return found[0], found[1]
 
@@ -194,7 +209,7 @@ def sun_of(chosen: Chosen, convention: AzimuthConvention | None) -> SunAngles:
 def _angle_of_sun(name: str, stated: Any, convention: AzimuthConvention | None) -> float:
     """One statement: a number of an attribute, or of a variable with attributes. [deg]"""
     attributes = getattr(stated, "attrs", {})
-    advice = f"{SAY_SUN}, or --sun-zenith"
+    advice = f"{_SAY_ANGLE_OF_SUN[name]}, or one number of degrees in the file"
     try:
         (value,) = np.asarray(getattr(stated, "values", stated), dtype=np.float64).ravel().tolist()
     except (TypeError, ValueError):

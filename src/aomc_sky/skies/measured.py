@@ -195,10 +195,8 @@ class RadianceField(Share):
         if sun is None and not np.isnan(sun_angles).all():
             missing = "zenith angle" if math.isnan(sun_angles[0]) else "azimuth"
             remarks = (*remarks, f"the sun's {missing} is not given, so the sky is interpolated without the sun")
-        is_above, is_gap = np.abs(zenith) <= 90, np.isnan(values)
-        for n, what in ((np.sum(~is_above), "directions below the horizon"), (np.sum(is_above & is_gap), "gaps")):
-            remarks = (*remarks, *([f"{n} of {values.size} radiances are {what}, and left out"] if n else []))
-        is_given = is_above & ~is_gap
+        is_given, left_out = _given(zenith, azimuth, values)
+        remarks = (*remarks, *left_out)
         points, repeats = _sorted_points(zenith[is_given], azimuth[is_given], nm[is_given], values[is_given])
         remarks = (*remarks, *repeats)
         return cls(
@@ -316,6 +314,21 @@ class RadianceField(Share):
             "measured sky: the direct beam of the sun is no part of it; two of dni, dhi and ghi add it, or in Python "
             "DirectBeam(...) with its share"
         )
+
+
+def _given(zenith_deg: np.ndarray, azimuth_deg: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Which points are radiances of the sky, and remarks on the others, and on dark ones."""
+    is_direction, is_gap = np.isfinite(zenith_deg) & np.isfinite(azimuth_deg), np.isnan(values)
+    is_above = is_direction & (np.abs(zenith_deg) <= 90)
+    is_given = is_above & ~is_gap
+    is_dark = is_given & (values == 0) & np.any(values[is_given] > 0)
+    said = (
+        (~is_direction, "without a direction, and left out"),
+        (is_direction & ~is_above, "directions below the horizon, and left out"),
+        (is_above & is_gap, "gaps, and left out"),
+        (is_dark, "0, and count as dark sky"),
+    )
+    return is_given, [f"{which.sum()} of {values.size} radiances are {what}" for which, what in said if which.any()]
 
 
 def _sorted_points(

@@ -42,7 +42,8 @@ def read_polarised_field(
         unit = str(one.attrs.get("units", of_light))
         if unit != of_light and not (radiance_factor(unit) and radiance_factor(unit) == radiance_factor(of_light)):
             message = f"{one.name!r} has the unit {unit!r}, and {name!r} has the unit {of_light!r}"
-            raise FieldError(message, "give Q and U in the unit of I: a share times I", "variable_q")
+            advice = f"give Q and U in the unit of I, a share times I; or I alone: --variable {name} (variable=)"
+            raise FieldError(message, advice, "variable_q")
     signs = stated.stokes_signs or (1, 1)
     q, u = (sign * radiances(one.transpose(*field.dims)) for sign, one in zip(signs, others, strict=True))
     if not np.all(np.isfinite([light, q, u])):

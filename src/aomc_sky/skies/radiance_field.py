@@ -44,16 +44,13 @@ def read_radiance_field(
     the sun as `RadianceField` has it.
     """
     field = chosen.radiance
-    said = statements(field, chosen.bounds, chosen.attributes, stated)
+    said = statements(field, chosen.bounds, chosen.attributes, chosen.along, stated)
     remarks = list(said.remarks)
     zenith, azimuth, wavelength, convention = said.zenith, said.azimuth, said.wavelength, said.convention
     wavelength_nm = said.wavelength_nm
     if said.radiance_unit is None:
         remarks.append("no unit of radiance is stated, so the light is relative (--radiance-unit says one)")
-    of_file: SunAngles = (None, None)
-    if None in sun:
-        of_file = sun_of(chosen, convention)
-        of_file = None if sun[0] is not None else of_file[0], None if sun[1] is not None else of_file[1]
+    of_file = sun_of(chosen, sun, convention)
     sun = _first(sun[0], of_file[0], other_sun[0]), _first(sun[1], of_file[1], other_sun[1])
     columns = None
     if azimuth is None or convention is None:
@@ -274,7 +271,7 @@ def _columns(
     elif step[k] >= _HALF_DEG and step[k] > 1.5 * np.median(step):
         advice = "add the other half, mirrored where the sky is alike on both sides of the sun"
         raise FieldError(f"{between} (from +x towards +y)", advice, "azimuth")
-    elif step[k] > (1 - 1e-9) * _WIDE_GAP * np.median(step):
+    elif step[k] >= _HALF_DEG or step[k] > (1 - 1e-9) * _WIDE_GAP * np.median(step):
         gaps.append(f"{between}; neighbours fill them")
     middle = turned + step / 2
     return turned, values, np.column_stack([np.concatenate([[middle[-1] - 360.0], middle[:-1]]), middle])

@@ -223,7 +223,7 @@ class SectionReader:
 
     def _refuse_key(self, section: str, name: str, span: Span) -> None:
         owner = next((other for other in KEYS if name in KEYS[other]), None)
-        if owner is not None:
+        if owner is not None and not nearest_text(name, KEYS[section]):  # azimuth of [sun] is no name of a column
             message, advice = f"{name} is a key of [{owner}]", f"write it below [{owner}]"
         else:
             message = f"[{section}] has no key {shown_value(name)}{nearest_text(name, KEYS[section])}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -127,7 +128,7 @@ def read_sky_field(
         problems = []
         for one in error.all:
             place = ("sky", one.argument if getattr(section, one.argument, None) else "table")
-            problems.append(problem_of_key(toml_path, place, "E710", one.message, one.advice))
+            problems.append(problem_of_key(toml_path, place, "E710", one.message, in_keys(one.advice)))
         raise InputFileError(problems) from None
 
 
@@ -147,6 +148,15 @@ def read_field_file(section: FieldSection, sun: SunAngles, other_sun: SunAngles 
         sky=TabulatedSky(weighting=Weighting.PROJECTED, **made),
         sun=_sun_of_file(section, of_file),
     )
+
+
+def in_keys(advice: str) -> str:
+    """Advice in options, in the words of sky.toml: '--angle-unit deg (angle_unit=)' is the key angle_unit of [sky]."""
+    for option, key in (("--sun-azimuth", "azimuth_deg of [sun]"), ("--sun-zenith", "zenith_deg of [sun]")):
+        advice = advice.replace(option, key)
+    advice = re.sub(r"--isel (\S+)=0", r"isel = { \1 = 0 }", advice)
+    advice = re.sub(r"--coordinate (\w+)=(\S+)", r'\1 = "\2"', advice)
+    return re.sub(r"--([a-z][a-z-]+)", lambda option: option[1].replace("-", "_"), advice)
 
 
 def _sun_of_file(section: FieldSection, angles: SunAngles) -> SunSection:

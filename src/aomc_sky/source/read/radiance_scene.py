@@ -35,7 +35,7 @@ def measured_scene(
     path = section.file
     sky, of_file = measured_sky(path, section, given.sun.angles_deg)
     on_file = SunSection(zenith_deg=of_file[0], azimuth_deg=of_file[1], origin="measured sky")
-    given = dataclasses.replace(given, sun=given.sun.over(on_file))
+    given = _with_sun(given, on_file)
     diffuse = model_diffuse(sky, is_file=True, words="the measured sky")
     asked_nm = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
     options = {name: value for name, value in dataclasses.asdict(section).items() if value and name != "file"}
@@ -59,7 +59,7 @@ def field_scene(
         raise InputFileError(problems) from None
     except SceneError as error:
         raise refuse(path, str(error), code="E710") from None
-    given = dataclasses.replace(given, sun=given.sun.over(field.sun))
+    given = _with_sun(given, field.sun)
     if wavelength_nm is None and not field.sky.has_wavelength:
         raise UsageError(f"{path} has no wavelengths: write --wavelengths 412 443 555")
     if not (given.has_amounts or given.is_cloudless or given.diffuse_only) and (beside := lights_beside(path)):
@@ -73,6 +73,15 @@ def field_scene(
     diffuse = dataclasses.replace(diffuse, is_file=True, words="the radiance field")
     asked_nm = field.sky.wavelength_nm if wavelength_nm is None else wavelength_nm
     return _scene_of_table(path, diffuse, given, {}, asked_nm, iterations, wavebands)
+
+
+def _with_sun(given: LightInputs, of_file: SunSection) -> LightInputs:
+    """The inputs with the sun that a file states, if it is up: twilight has no beam, and its light is in the file."""
+    is_up = of_file.zenith_deg is None or of_file.zenith_deg < _HORIZON_DEG
+    return dataclasses.replace(given, sun=given.sun.over(of_file)) if is_up else given
+
+
+_HORIZON_DEG = 90.0
 
 
 def _scene_of_table(
