@@ -184,6 +184,34 @@ def test_a_separator_of_thousands_is_a_question(points, delimiter, values, asked
         assert "has a point, and decimals have commas" in problem.message
 
 
+@pytest.mark.parametrize("cell", ["84,302", "84,302.5", "1,084,302"])
+def test_a_comma_of_thousands_is_not_advised_away(points, cell):
+    """To follow '--decimal comma' would divide the light by 1000."""
+    (problem,) = questions(points, NORTH, HEAD, rows=[(40, 0, f'"{cell}"'), (50, 90, 2), (60, 180, 2)])
+    assert problem.advice.startswith(f"write {cell.replace(',', '')}")
+    assert ("--decimal comma" in problem.advice) == ("." not in cell)
+
+
+def test_excel_fills_lines_up_and_quotes_them(points):
+    lines = [
+        "# azimuth: clockwise from north,,",
+        '"# radiance unit: mW m-2 nm-1 sr-1",,',
+        "# sun zenith:,40,",
+        "# seen,,",
+    ]
+    found = points(*lines, f"{HEAD},,")
+    assert (found["radiance"][0], found["sun_zenith_deg"]) == (5e-5, 40.0)
+    assert found["remarks"] == ('the file says "seen" (texts change nothing)',)
+
+
+@pytest.mark.parametrize("name", ["L_1", "L_0.412", "radiance_250000"])
+def test_numbers_in_names_that_are_no_wavelengths_are_a_question(points, name):
+    head = f"zenith_deg,azimuth_deg,{name}"
+    assert "has no wavelength in nm" in questions(points, NORTH, head)[0].message
+    head = "zenith_deg,azimuth_deg,L_412"
+    assert "wavelengths in names are in nm" in questions(points, NORTH, "# wavelength unit: um", head)[0].message
+
+
 def test_commas_are_decimals_where_it_is_stated(points):
     rows = [(40, 0, '"0,829"'), (50, 90, '"1,050"'), (60, 180, "2")]
     problems = questions(points, NORTH, HEAD, rows=rows)

@@ -23,6 +23,7 @@ UNITS = {
     "1e-3 1e-3": None, "W m-2 nm-2 sr-1": None, "W m-1 nm-1 sr-1": None, "-1 W m-2 nm-1 sr-1": None,
     "W m-2 nm-1 sr-1 / 1000": None, "10 W m-2 nm-1 sr-1 per 10 nm": None, "10^999 W m-2 nm-1 sr-1": None,
     "hundredths of W m-2 nm-1 sr-1": None, "log10(W m-2 nm-1 sr-1)": None, "mW m-2 nm-1 sr-1 x 1000": None,
+    "W m-2 100nm-1 sr-1": None, "W m-2 nm-1 1000 sr-1": None,
     "counts": None, "%": None, "arbitrary units": None, "W " * 60: None,
 }  # fmt: skip
 

@@ -399,3 +399,14 @@ def test_directions_of_float32_radians_are_above_the_horizon():
     angles = np.array([0.0, 0.5, 1.0, np.pi / 2, np.pi / 2, np.pi / 2], np.float32)
     points = {"sky_zenith_rad": angles, "sky_azimuth_rad": np.arange(6.0), "radiance": np.ones(6)}
     assert len(sky.RadianceField.from_points(**points, wavelength_nm=550.0).values[0]) == 6
+
+
+def test_words_on_azimuths_of_the_radiance_and_of_the_file_that_differ_are_an_error():
+    made = packed(np.ones((18, 36)))
+    made.azimuth.attrs.pop("azimuth_convention")
+    made = made.assign_attrs(azimuth_convention="clockwise from north").to_dataset()
+    assert read(made) is not None
+    with pytest.raises(
+        sky.SceneError, match="'clockwise from north' and azimuth_convention 'clockwise from east' differ"
+    ):
+        read(made.assign_attrs(azimuth_convention="clockwise from east"))

@@ -126,7 +126,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise the message of argparse with the most similar word."""
-        message = message.removeprefix("argument ")
+        message = re.sub(r"\A(--[a-z-]+)/--[a-z-]+", r"\1", message.removeprefix("argument "))
         choice = re.search(r" \(choose from (.*)\)", message)
         if choice:  # versions of Python write this list differently
             known = re.findall(r"[\w.+-]+", choice[1])

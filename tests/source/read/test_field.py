@@ -182,6 +182,16 @@ def test_what_is_said_beside_the_file_stands_for_it_and_wins_over_it(is_stated, 
         assert [one.code for one in error.value.problems] == ["E710"] * 4
 
 
+def test_advice_of_sky_toml_names_keys(tmp_path):
+    made = field().drop_attrs().rename(azimuth="vaa")
+    with pytest.raises(sky.InputFileError) as error:
+        sky.read_scene(scene_folder(tmp_path, made=made))
+    said = " ".join(one.advice for one in error.value.problems)
+    for words in ('azimuth = "vaa"', "isel = { vaa = 0 }", "angle_unit deg or rad", "wavelength_unit nm"):
+        assert words in said, words
+    assert "--" not in said
+
+
 def test_a_field_that_is_dark_where_diffuse_light_is_needed(tmp_path):
     dark = VALUES.copy()
     dark[1] = 0.0
