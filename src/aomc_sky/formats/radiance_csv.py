@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
-from aomc_sky.errors import NOWHERE, Span
+from aomc_sky.directions import to_enu_azimuth_deg
+from aomc_sky.errors import Span
 from aomc_sky.formats.azimuth import SAY_AZIMUTH, convention_of
 from aomc_sky.formats.quote import quote, unused_note, with_texts
-from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
+from aomc_sky.formats.radiance_unit import SAY_UNIT
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
     AT_WAVELENGTH,
@@ -36,8 +36,8 @@ from aomc_sky.formats.radiance_words import (
     by_wavelength,
     doubt_of_gaps,
     instead,
-    is_known,
     may_be_radians,
+    meaning_of,
     plain_unit,
     say_coordinate,
 )
@@ -48,12 +48,22 @@ from aomc_sky.formats.units import parse_real
 MAX_BYTES = 2**27
 _DIGITS = 10  #: Decimals of a degree that are kept, so that radians give back the degrees they came from.
 
-_AZIMUTH_LINE = f"{SAY_AZIMUTH}, or a line '# azimuth: clockwise from north'"
-_ANGLE_LINE = f"{SAY_ANGLE}, or a line '# angle unit: deg', or name the columns zenith_deg, azimuth_rad and so on"
-_UNIT_LINE = f"{SAY_UNIT}; or a line '# radiance unit: mW m-2 nm-1 sr-1'"
-_SUN_LINE = f"{SAY_SUN}, or a line '# sun azimuth: 225 clockwise from north'"
-_LENGTH_LINE = f"{SAY_LENGTH}, or a line '# wavelength unit: nm', or name the column wavelength_nm or wavelength_um"
 _DECIMAL_LINE = "write --decimal {0} (decimal=), or a line '# decimal: {0}'"
+_SUN_LINE = f"{SAY_SUN}, or a line '# sun azimuth: 225 clockwise from north'"
+_WHAT = {
+    "azimuth": "convention of azimuths",
+    "angle_unit": "unit of an angle",
+    "wavelength_unit": "unit of a wavelength",
+    "radiance_unit": "unit of spectral radiance",
+    "decimal": "sign of decimals",
+}
+_ADVICE = {
+    "azimuth": f"{SAY_AZIMUTH}, or a line '# azimuth: clockwise from north'",
+    "angle_unit": f"{SAY_ANGLE}, or a line '# angle unit: deg', or name the columns zenith_deg, azimuth_rad and so on",
+    "wavelength_unit": f"{SAY_LENGTH}, or a line '# wavelength unit: nm', or name the column wavelength_nm or wavelength_um",
+    "radiance_unit": f"{SAY_UNIT}; or a line '# radiance unit: mW m-2 nm-1 sr-1'",
+    "decimal": _DECIMAL_LINE.format("comma"),
+}
 _NEEDED = {
     "zenith": ("zenith angles", "name it zenith_deg, or elevation_deg"),
     "azimuth": ("azimuths", "name it azimuth_deg"),
@@ -155,11 +165,26 @@ class _Table:
         if self.head.setdefault(key, (match[2], span))[0] != match[2]:
             self._bad(span, f"{quoted(match[2])} after {quoted(self.head[key][0])}", "keep one of the two lines")
 
-    def _statement(self, name: str, given: object) -> tuple[str, Span] | None:
-        """What the file states, or None where it does not or a caller's word comes before it."""
-        if given is not None and name in self.head:
-            self.remarks += instead(name, given, self.head[name][0])
-        return self.head.get(name) if given is None else None
+    def _stated(self, key: str, column: _Column | None = None, *, ask: str = "") -> Any:
+        """What is stated by the caller, or else by the name of a column and the head, which must not differ.
+
+        None where nothing is stated, or after a question; with `ask` that is the question, at the column.
+        """
+        given, advice = getattr(self.stated, "azimuth_convention" if key == "azimuth" else key), _ADVICE[key]
+        said = [(column.unit, column.span)] if column is not None and column.unit and key != "azimuth" else []
+        said += [self.head[key]] if key in self.head else []
+        if given is not None:
+            self.remarks += [one for text, _ in said for one in instead(key, given, text) if one not in self.remarks]
+            return meaning_of(key, given)
+        for text, span in said:
+            if meaning_of(key, text) is None:
+                self._bad(span, f"{quoted(text)} is no {_WHAT[key]} that is read", advice)
+            elif meaning_of(key, text) != meaning_of(key, said[0][0]):
+                owner = f" of the column {column.name}" if column is not None else ""
+                self._bad(span, f"{quoted(text)} beside {quoted(said[0][0])}{owner}", advice)
+        if ask and not said and column is not None:
+            self._bad(column.span, with_texts(ask, self.texts.values()), advice)
+        return meaning_of(key, said[0][0]) if said else None
 
     def points(self) -> dict[str, Any]:
         """Return the contents of the file, or raise all its problems."""
@@ -167,15 +192,15 @@ class _Table:
         of = {one.slot: one for one in columns}
         angles = {slot: self._angle(of[slot]) for slot in ("zenith", "azimuth") if slot in of}
         sun_zenith, sun_azimuth = self._sun("sun_zenith_deg", 180.0), self._sun("sun_azimuth_deg", 360.0)
-        convention = self._states_azimuths(of.get("azimuth"))
+        ask = f"nothing says from where the azimuths {quoted(of['azimuth'].name)} count" if "azimuth" in of else ""
+        convention = self._stated("azimuth", of.get("azimuth"), ask=ask and f"{ask} and which way")
         light = [one for one in columns if one.role == RADIANCE]
-        factor = self._factor(light[0] if light else None)
-        for key in ("angle_unit", "wavelength_unit"):
-            text, span = self.head.get(key, ("", NOWHERE))
-            if text and not is_known(key, text):
-                self._bad(
-                    span, f"{quoted(text)} is no unit that is read", _LENGTH_LINE if "wave" in key else _ANGLE_LINE
-                )
+        factor = self._stated("radiance_unit")
+        if factor is None and not self.report.has_errors:
+            self.remarks.append("no unit of radiance is stated, so the light is relative (--radiance-unit says one)")
+        factor = factor or 0.0
+        for key in ("angle_unit", "wavelength_unit"):  # which a column may not need
+            self._stated(key)
         if not {*_NEEDED} <= {*of}:
             self._close()
         zenith, azimuth = angles["zenith"], angles["azimuth"]
@@ -281,7 +306,7 @@ class _Table:
 
     def _read_rows(self, columns: list[_Column], n_names: int) -> None:
         width = max((one.index for one in columns), default=0) + 1
-        decimal, is_asked = self._decimal(), False
+        decimal, is_asked = self._stated("decimal") or "", False
         for k, (number, line) in enumerate(self.rows):
             cells = split_row(line, self.delimiter)
             if len(cells) < width or any(cells[n_names:]):
@@ -304,13 +329,6 @@ class _Table:
             if self.report.is_full:
                 break
 
-    def _decimal(self) -> str:
-        """The stated sign of decimals, or an empty text."""
-        found = self._statement("decimal", self.stated.decimal)
-        if found is not None and found[0].lower() not in ("point", "comma"):
-            self._bad(found[1], f"{quoted(found[0])} is no sign of decimals", _DECIMAL_LINE.format("comma"))
-        return found[0].lower() if found else self.stated.decimal or ""
-
     def _refuse(self, column: _Column, is_bad: np.ndarray, allowed: str) -> None:
         """Report numbers of a column outside their range."""
         for k in np.flatnonzero(is_bad)[:MAX_PER_VALUE]:
@@ -330,31 +348,13 @@ class _Table:
                     self._bad(cell_span(number, line, one.index, self.delimiter), *doubt, "E653")
                     return
 
-    def _unit(self, column: _Column, key: str, units: dict[str, float], ask: str, advice: str) -> float:
-        """One unit of a column by a caller, its name or the head, which must not differ; NaN after a question."""
-        given = getattr(self.stated, key)
-        said = [(column.unit, column.span)] if column.unit else []
-        said += [self.head[key]] if key in self.head else []
-        if given is not None:
-            self.remarks += [one for text, _ in said for one in instead(key, given, text) if one not in self.remarks]
-            return units[plain_unit(given)]
-        for text, span in said:
-            if plain_unit(text) not in units:
-                self._bad(span, f"{quoted(text)} is no unit that is read", advice)
-            elif units[plain_unit(text)] != units.get(plain_unit(said[0][0])):
-                self._bad(span, f"{quoted(text)} beside {quoted(said[0][0])} of the column {column.name}", advice)
-        if not said:
-            self._bad(column.span, with_texts(ask, self.texts.values()), advice)
-        return units.get(plain_unit(said[0][0]), np.nan) if said else np.nan
-
     def _angle(self, column: _Column) -> np.ndarray:
         """Zenith angles, or azimuths as they count in the file. [deg]"""
         ask = f"nothing says whether {quoted(column.name)} is in degrees or radians"
-        scale = self._unit(column, "angle_unit", ANGLE_DEGREES, ask, _ANGLE_LINE)
-        is_azimuth = column.slot == "azimuth"
+        scale, is_azimuth = self._stated("angle_unit", column, ask=ask) or np.nan, column.slot == "azimuth"
         if scale == 1.0 and self.stated.angle_unit is None and may_be_radians(column.values, is_azimuth=is_azimuth):
             message = f"angles up to {np.nanmax(column.values):g} degrees; are they radians?"
-            self._bad(column.span, message, _ANGLE_LINE)
+            self._bad(column.span, message, _ADVICE["angle_unit"])
         angle = np.round(column.values * scale, _DIGITS)
         low, high = (-360, 360) if is_azimuth else (-90, 180)
         self._refuse(column, (angle < low) | (angle > high), f"write {low} to {high} degrees")
@@ -363,10 +363,10 @@ class _Table:
     def _sun(self, name: str, high: float) -> float | None:
         """An angle of the sun from a caller or the head. [deg]"""
         given, otherwise = self.sun[name]
-        found = self._statement(name, given)
-        if found is None:
+        if given is not None or name not in self.head:
+            self.remarks += instead(name, given, self.head[name][0]) if name in self.head else []
             return otherwise if given is None else given
-        text, span = found
+        text, span = self.head[name]
         match = _MEASURE.fullmatch(text)
         value = float(match[1]) * ANGLE_DEGREES.get(plain_unit(match[2] or "deg"), np.nan) if match else np.nan
         words = ""
@@ -382,31 +382,6 @@ class _Table:
         value = round(value, _DIGITS)
         self.sun_of_file[name] = float(to_enu_azimuth_deg(value, convention)) if convention else value
         return self.sun_of_file[name]
-
-    def _states_azimuths(self, column: _Column | None) -> AzimuthConvention | None:
-        """From where azimuths count, by a caller or the head; None after a question."""
-        found = self._statement("azimuth", self.stated.azimuth_convention)
-        if found is None:
-            if self.stated.convention is None and column is not None:
-                message = f"nothing says from where the azimuths {quoted(column.name)} count and which way"
-                self._bad(column.span, with_texts(message, self.texts.values()), _AZIMUTH_LINE)
-            return self.stated.convention
-        convention = convention_of(found[0])
-        if convention is None:
-            self._bad(found[1], f"{quoted(found[0])} is no convention of azimuths that is read", _AZIMUTH_LINE)
-        return convention
-
-    def _factor(self, column: _Column | None) -> float:
-        """The unit in W m-2 nm-1 sr-1; 0 for relative radiances."""
-        given = self.stated.radiance_unit
-        text, span = self._statement("radiance_unit", given) or (given, column.span if column else NOWHERE)
-        if text is None:
-            self.remarks.append("no unit of radiance is stated, so the light is relative (--radiance-unit says one)")
-            return 0.0
-        factor = radiance_factor(text)
-        if factor is None:
-            self._bad(span, f"{quoted(text)} is no unit of spectral radiance that is read", _UNIT_LINE)
-        return factor or 0.0
 
     def _wavelengths(self, light: list[_Column], column: _Column | None) -> np.ndarray | None:
         """Wavelength of each radiance, None where the file has none. [nm]"""
@@ -430,7 +405,7 @@ class _Table:
             return np.repeat([one.wavelength_nm or 0.0 for one in light], n)
         if column is not None:
             ask = f"nothing says in which unit {quoted(column.name)} is"
-            nm = np.round(column.values * self._unit(column, "wavelength_unit", LENGTH_NM, ask, _LENGTH_LINE), _DIGITS)
+            nm = np.round(column.values * (self._stated("wavelength_unit", column, ask=ask) or np.nan), _DIGITS)
             allowed = f"write {LEAST_NM:g} to {MOST_NM:g} nm, or the unit: --wavelength-unit um (wavelength_unit=)"
             self._refuse(column, (nm < LEAST_NM) | (nm > MOST_NM), allowed)
             return nm
@@ -442,7 +417,7 @@ class _Table:
         if match and not match[3]:
             line = _Column("wavelength", match[2], None, text, 0, span, np.full(n, value))
             ask = f"nothing says in which unit {quoted(text)} is"
-            value = float(match[1]) * self._unit(line, "wavelength_unit", LENGTH_NM, ask, _LENGTH_LINE)
+            value = float(match[1]) * (self._stated("wavelength_unit", line, ask=ask) or np.nan)
         if not LEAST_NM <= value <= MOST_NM and not any(one.line == span.line for one in self.report.problems):
             self._bad(span, f"{quoted(text)} is no wavelength", "write '# wavelength: 550 nm', or um for micrometres")
         return np.full(n, value)

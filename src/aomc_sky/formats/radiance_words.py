@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from typing import Any
 
 import numpy as np
 
@@ -102,6 +103,7 @@ class Stated:
 
     def check(self) -> None:
         """UsageError for a word that none of the tables has."""
+        _ = self.convention
         if self.angle_unit not in (None, "deg", "rad"):
             raise UsageError(f"angle_unit must be 'deg' or 'rad', got {self.angle_unit!r}")
         if self.wavelength_unit is not None and plain_unit(str(self.wavelength_unit)) not in LENGTH_NM:
@@ -130,13 +132,14 @@ _MEANINGS: dict[str, Callable[[str], object]] = {
     "wavelength_unit": lambda text: LENGTH_NM.get(plain_unit(text)),
     "radiance_unit": radiance_factor,
     "azimuth": convention_of,
+    "decimal": lambda text: text.lower() if text.lower() in DECIMALS else None,
 }
 """What a word of a file means, by what it states."""
 
 
-def is_known(what: str, text: str) -> bool:
-    """Whether a text is one of the words of what it states."""
-    return _MEANINGS[what](text) is not None
+def meaning_of(what: str, word: object) -> Any:
+    """What a word means, None for one that is not known."""
+    return word if isinstance(word, AzimuthConvention) else _MEANINGS[what](str(word))
 
 
 def instead(what: str, given: object, said: str) -> list[str]:
