@@ -60,7 +60,8 @@ _WHAT = {
 _ADVICE = {
     "azimuth": f"{SAY_AZIMUTH}, or a line '# azimuth: clockwise from north'",
     "angle_unit": f"{SAY_ANGLE}, or a line '# angle unit: deg', or name the columns zenith_deg, azimuth_rad and so on",
-    "wavelength_unit": f"{SAY_LENGTH}, or a line '# wavelength unit: nm', or name the column wavelength_nm or wavelength_um",
+    "wavelength_unit": f"{SAY_LENGTH}, or a line '# wavelength unit: nm', or name the column wavelength_nm or "
+    "wavelength_um",
     "radiance_unit": f"{SAY_UNIT}; or a line '# radiance unit: mW m-2 nm-1 sr-1'",
     "decimal": _DECIMAL_LINE.format("comma"),
 }
