@@ -151,14 +151,21 @@ def given_angle(name: str, value: Any, twin: Any, default: float | None = None) 
     return float(angle) if angle.ndim == 0 else angle
 
 
+def one_angle(name: str, value: Any, twin: Any) -> float | None:
+    """One number as `given_angle` has it, or None without any."""
+    given = (name, value) if twin is None else (name[:-4] + _TWINS[name[-4:]], twin)
+    if given[1] is None:
+        return None
+    number(*given)
+    return float(given_angle(name, value, twin))
+
+
 def settle_angles(model: object, default: float | None = None, **twins: Any) -> None:
     """Give the fields of a frozen dataclass that have these names their `given_angle`, one number each."""
     for name, twin in twins.items():
         own = getattr(model, name)
-        given = (name, own) if twin is None else (name[:-4] + _TWINS[name[-4:]], twin)
-        if given[1] is not None:
-            number(*given)
-        object.__setattr__(model, name, given_angle(name, own, twin, default))
+        angle = one_angle(name, own, twin)
+        object.__setattr__(model, name, given_angle(name, own, twin, default) if angle is None else angle)
 
 
 def in_both_units(model: type[C]) -> type[C]:

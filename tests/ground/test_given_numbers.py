@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from tests.support.shared import INPUTS
 
 GRID = sky.PatchGrid.regular(1, 2)
 HIDDEN = np.ma.masked_array([1.0, 9.97e36], mask=[False, True])  # as netCDF4 gives a missing value
@@ -160,9 +161,14 @@ ONE_NUMBER = {
     "cover": lambda x: sky.HarrisonCoombesSky(sun_zenith_deg=40.0, cloud_cover=x),
     "degree": lambda x: sky.RayleighPattern(max_degree=x),
     "Moon": lambda x: sky.Moon(zenith_deg=40.0, distance_m=x),
+    "sun of points": lambda x: sky.RadianceField.from_points(
+        [0.0, 50.0, 60.0], [0.0, 90.0, 180.0], UP[[0, 0, 0]], sun_zenith_deg=x
+    ),
+    "sun of a table": lambda x: sky.read_radiance_csv(INPUTS / "measured" / "sky.csv", sun_zenith_rad=x),
     "own azimuth": lambda x: sky.directions.to_enu_azimuth_deg(1.0, sky.AzimuthConvention.FROM_SUN, x),
 }
-DEFAULTS = {"epsilon", "disc", "own azimuth", "orders"}  #: where None means that nothing is given
+#: Where None means that nothing is given.
+DEFAULTS = {"epsilon", "disc", "own azimuth", "orders", "sun of points", "sun of a table"}
 
 
 @pytest.mark.parametrize("name", sorted({*MASKED, *NUMBERS} - {"table", "orders"}))

@@ -39,6 +39,7 @@ from aomc_sky.formats.radiance_words import (
     may_be_radians,
     meaning_of,
     plain_unit,
+    quantity_of,
     say_coordinate,
 )
 from aomc_sky.formats.report import MAX_PER_VALUE, BadValueError, Report, quoted
@@ -95,7 +96,7 @@ class _Column:
     @property
     def slot(self) -> str:
         """The quantity that the column gives in the end."""
-        return "zenith" if self.role == "elevation" else self.role
+        return quantity_of(self.role)
 
 
 def read_radiance_points(
@@ -245,14 +246,14 @@ class _Table:
         """What a column is, the unit and the wavelength of its name [nm]; None where it is not used."""
         stated = {getattr(self.stated, role): role for role in COORDINATES if getattr(self.stated, role) is not None}
         role, unit = NAMES.get(name.lower(), ("", ""))
-        taken = {"zenith" if one == "elevation" else one for one in stated.values()}
+        taken = {*map(quantity_of, stated.values())}
         if name in stated:
             return stated[name], unit, None
         match = AT_WAVELENGTH.fullmatch(name)
         is_light = name == self.stated.variable if self.stated.variable else bool(match) or name.lower() == RADIANCE
         if is_light:
             return RADIANCE, "", float(match[1]) if match else None
-        return None if not role or ("zenith" if role == "elevation" else role) in taken else (role, unit, None)
+        return None if not role or quantity_of(role) in taken else (role, unit, None)
 
     def _names_columns(self, line: str) -> bool:
         """Whether a row names all columns that a table needs."""

@@ -77,6 +77,11 @@ def say_coordinate(role: str, names: Sequence[str] = ()) -> str:
     return f"write --coordinate {quoted(option) if ' ' in option else option} ({role}=)"
 
 
+def quantity_of(role: str) -> str:
+    """What a coordinate gives in the end: an elevation is a zenith angle."""
+    return "zenith" if role == "elevation" else role
+
+
 def plain_unit(unit: str) -> str:
     """A unit in small letters, with u for micro."""
     return unit.strip().lower().replace("µ", "u").replace("μ", "u")

@@ -27,6 +27,7 @@ from aomc_sky.formats.radiance_words import (
     instead,
     may_be_radians,
     plain_unit,
+    quantity_of,
     say_coordinate,
 )
 from aomc_sky.formats.report import quoted
@@ -359,7 +360,7 @@ def _radiance_unit(field: Any, given: str | None, questions: Questions) -> float
 def _ask_of_dimensions(field: Any, axes: Sequence[Axis], questions: Questions) -> None:
     """Ask for dimensions of which nothing says what they are."""
     known = {dim for axis in axes for dim in axis.dims}
-    found = {"zenith" if axis.role == "elevation" else axis.role for axis in axes}
+    found = {quantity_of(axis.role) for axis in axes}
     roles = [role for role in ("zenith", "azimuth", "wavelength") if role not in found]
     for dim, size in zip(map(str, field.dims), field.shape, strict=True):
         if dim in known or size == 1:

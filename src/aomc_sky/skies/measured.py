@@ -12,8 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
-from aomc_sky.directions import AzimuthConvention, given_angle, sky_from_travel, travel_from_sky, within_sky_deg
-from aomc_sky.errors import InputWarning, SceneError, floats, number
+from aomc_sky.directions import (
+    AzimuthConvention,
+    given_angle,
+    one_angle,
+    sky_from_travel,
+    travel_from_sky,
+    within_sky_deg,
+)
+from aomc_sky.errors import InputWarning, SceneError, floats
 from aomc_sky.formats.quote import SAYS, UNUSED
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
@@ -184,13 +191,11 @@ class RadianceField(Share):
         if not zenith.size == azimuth.size == values.size == nm.size:
             message = f"{zenith.size} zenith angles, {azimuth.size} azimuths and {nm.size} wavelengths do not fit"
             raise SceneError(f"{message} radiances of shape {values.shape}")
-        sun_angles: list[float] = [
-            number(f"sun_{name}", given_angle(f"sun_{name}", value, twin, math.nan))
-            for name, value, twin in (
-                ("zenith_deg", sun_zenith_deg, sun_zenith_rad),
-                ("azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
-            )
-        ]
+        sun_given = (
+            one_angle("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad),
+            one_angle("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
+        )
+        sun_angles = [math.nan if angle is None else angle for angle in sun_given]
         sun = None if np.isnan(sun_angles).any() else -travel_from_sky(sun_angles[0], sun_angles[1])
         if sun is None and not np.isnan(sun_angles).all():
             missing = "zenith angle" if math.isnan(sun_angles[0]) else "azimuth"

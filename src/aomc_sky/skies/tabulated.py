@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid, slope_factor
-from aomc_sky.directions import AzimuthConvention, given_angle
-from aomc_sky.errors import InputWarning, SceneError, UsageError, floats, number, require_kind
+from aomc_sky.directions import AzimuthConvention, one_angle
+from aomc_sky.errors import InputWarning, SceneError, UsageError, floats, require_kind
 from aomc_sky.formats.radiance_words import Stated
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
@@ -288,18 +288,14 @@ class TabulatedSky(Share):
             wavelength_unit=wavelength_unit,
             radiance_unit=radiance_unit,
         )
-        angles = (
-            ("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad),
-            ("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
-        )
-        sun_zenith, sun_azimuth = (
-            None if value is None and twin is None else number(name, given_angle(name, value, twin))
-            for name, value, twin in angles
+        sun = (
+            one_angle("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad),
+            one_angle("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
         )
         chosen = choose(field, stated)
         if chosen.stokes is None and stokes_signs is not None:
             raise UsageError("stokes_signs are for a field of Q and U, and this one is read without")
-        read, _ = read_field(chosen, stated, grid=grid, sun=(sun_zenith, sun_azimuth))
+        read, _ = read_field(chosen, stated, grid=grid, sun=sun)
         return cls(weighting=Weighting.PROJECTED, **read)
 
     def table_index(self, wavelength_nm: ArrayLike) -> np.ndarray:

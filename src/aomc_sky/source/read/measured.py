@@ -7,7 +7,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from aomc_sky.directions import AzimuthConvention, given_angle
+from aomc_sky.directions import AzimuthConvention, one_angle
 from aomc_sky.errors import SceneError
 from aomc_sky.formats.radiance_csv import read_radiance_points
 from aomc_sky.formats.radiance_words import Stated, SunAngles
@@ -110,8 +110,8 @@ def read_radiance_csv(
         decimal=decimal,
     )
     sun = (
-        _degrees("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad),
-        _degrees("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
+        one_angle("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad),
+        one_angle("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
     )
     return measured_sky(path, stated, sun, grid=grid, strength=strength)[0]
 
@@ -130,7 +130,3 @@ def measured_sky(
         raise refuse(
             os.fspath(path), str(error), advice="give each wavelength radiances of the sky", code="E654"
         ) from None
-
-
-def _degrees(name: str, value: float | None, twin: float | None) -> float | None:
-    return None if value is None and twin is None else float(given_angle(name, value, twin))
