@@ -53,7 +53,7 @@ _HOMES = {
     "skies.uniform": "UniformSky",
     "source.read.solve": "solve_atmosphere",
     "skies.lobes.light": "read_background",
-    "source.light.spectral_split": "ClearSky",
+    "source.light.spectral_split": "Aerosol ClearSky",
     "source.light.sun_position": "sun_position",
     "emission.photon_source": "PhotonSource",
     "emission.photons": "Photon PhotonBatch",

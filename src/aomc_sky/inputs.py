@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
-import enum
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -22,7 +21,6 @@ class Input:
     words: tuple[str, ...] = ()  #: Values of a choice, the default first
     is_switch: bool = False  #: Whether it is true or false
     keyword: str = ""  #: Argument of `weather_scene`, the name by default
-    mapping: str = ""  #: Argument of `read_scene` of which it is a key; empty: it is one itself
     value: str = ""  #: What stands for the value in --help, by default the unit
 
 
@@ -39,26 +37,24 @@ def in_nm(wavelength: float, shown: str) -> str:
     return f"wavelengths are in nm, got {shown} ({unit}?); write {factor * wavelength:g}"
 
 
-def _by_name(mapping: str, *rows: Input) -> dict[str, Input]:
-    return {row.name: dataclasses.replace(row, mapping=mapping) for row in rows}
+def _by_name(*rows: Input) -> dict[str, Input]:
+    return {row.name: row for row in rows}
 
 
 PEREZ = _by_name(
-    "perez",
     Input("dni", "--dni", "direct normal irradiance; two of --dni, --dhi, --ghi", "W m-2", 0, 10_000),
     Input("dhi", "--dhi", "diffuse horizontal irradiance", "W m-2", 0, 10_000),
     Input("ghi", "--ghi", "global horizontal irradiance", "W m-2", 0, 10_000),
     Input("epsilon", "--epsilon", "sky clearness, with --delta", low=1),
     Input("delta", "--delta", "sky brightness", low=0),
     Input("coefficients", "--coefficients", "of the sky, eq. (1)", low=-1000, high=1000),
-    Input("spectrum", "--spectrum", "how beam and sky share each waveband without difcol.inp: all alike (flat), or by "
-          "clear-sky spectra scaled to dni and dhi (spectrl2, which needs the extra 'weather'; without irradiances the "
+    Input("spectrum", "--spectrum", "how beam and sky of these amounts share each waveband: all alike (flat), or by "
+          "clear-sky spectra scaled to dni and dhi (spectrl2, which needs the extra 'weather'; without amounts the "
           "light of a cloudless sky)", words=("flat", "spectrl2")),
 )  # fmt: skip
 """Keys of [perez]; the coefficients are its keys a to e."""
 
 SUN = _by_name(
-    "sun",
     Input("zenith_deg", "--sun-zenith", "zenith angle of the sun, below 90 without an atmosphere", "deg", 0, 180,
           keyword="sun_zenith_deg"),
     Input("azimuth_deg", "--sun-azimuth", "azimuth of the sun, from +x (east) to +y (north)", "deg", -360, 360,
@@ -68,7 +64,6 @@ SUN = _by_name(
 """Keys of [sun]."""
 
 MODEL = _by_name(
-    "perez",
     Input("limits", "--limits", "limits of clearness and brightness: published practice (radiance, the default), or "
           "none (paper)", words=("radiance", "paper")),
     Input("within", "--within", "law of the Perez sky inside a patch: its own (exact, the default), or constant",
@@ -81,7 +76,6 @@ MODEL = _by_name(
 """Further arguments of `PerezSky`, which are not keys of sky.toml."""
 
 LIGHTS = _by_name(
-    "atmosphere",
     Input("moon_zenith_deg", "--moon-zenith", "zenith angle of the Moon before the sun", "deg", 0, 180),
     Input("moon_zenith_offset_deg", "--moon-zenith-offset", "that minus the sun's zenith angle", "deg", -180, 180),
     Input("moon_azimuth_deg", "--moon-azimuth", "azimuth of the Moon (default: the sun's)", "deg", -360, 360),
@@ -92,74 +86,84 @@ LIGHTS = _by_name(
 """Keys of [atmosphere] for the Moon and the glow of the ground."""
 
 CLEAR_SKY = _by_name(
-    "clear_sky",
     Input("aod_500nm", "--aod", "optical depth of the aerosol at 500 nm (default 0.1)", low=0, high=5,
           keyword="clear_sky"),
+    Input("aerosol", "--aerosol", "the aerosol of the land (rural, the default) or of the sea (maritime)",
+          words=("rural", "maritime"), keyword="clear_sky"),
     Input("water_cm", "--water-cm", "precipitable water (default 1.4)", "cm", 0, 20, keyword="clear_sky"),
     Input("ozone_cm", "--ozone-cm", "column of ozone (default 0.3)", "atm cm", 0, 2, keyword="clear_sky"),
-    Input("pressure_hPa", "--pressure-hpa", "pressure at the surface (default 1013.25)", "hPa", 100, 1200,
-          keyword="clear_sky"),
+    Input("pressure_hPa", "--pressure-hpa", "pressure at the surface (default: that of the altitude)", "hPa", 100,
+          1200, keyword="clear_sky"),
 )  # fmt: skip
 """Keys of [clear_sky]: the air of a cloudless sky, for --spectrum spectrl2 without irradiances."""
 
 MOMENT = _by_name(
-    "weather",
     Input("time", "--time", "date and time with Z or an offset", value="ISO8601"),
     Input("latitude_deg", "--latitude", "north positive, also as 43.4N, with --time", "deg", -90, 90),
     Input("longitude_deg", "--longitude", "east positive, also as 7.9E, with --time", "deg", -180, 180),
-    Input("altitude_m", "--altitude", "height above the sea, with --time (default 0)", "m", -500, 9000),
+    Input(
+        "altitude_m",
+        "--altitude",
+        "height above the sea, of the refraction and of the pressure of a cloudless sky (default 0)",
+        "m",
+        -500,
+        9000,
+    ),
     Input("row", "--row", "the hour of the file to take, from 1", value="N"),
+    Input("weather", "--weather", "an EPW, TMY2 or TMY3 file of hours, which its head tells apart", value="FILE"),
     Input("epw", "--epw", "an EPW file of hours", value="FILE"),
     Input("tmy2", "--tmy2", "a TMY2 file of hours", value="FILE"),
     Input("tmy3", "--tmy3", "a TMY3 file of hours", value="FILE"),
 )
 """When and where, or an hour of a weather file."""
 
+AMOUNTS = ("dni", "dhi", "ghi", "epsilon", "delta")
+"""Inputs that say how bright sun and sky are."""
+WEATHER_FILES = ("weather", "epw", "tmy2", "tmy3")
+"""Inputs that name a weather file."""
+
 _OTHERS = _by_name(
-    "",
     Input("sky", "--sky", "the diffuse sky"),
     Input("sky_options", "--sky-option", "an option of a named sky"),
     Input("diffuse_only", "--diffuse-only", "the sky without the sun's beam", is_switch=True),
     Input("polarisation", "--polarisation", "Rayleigh's pattern on the light of the sky: its largest degree of linear "
           "polarisation; 0.75 is that of a clean sky (default: photons carry none)", low=0, high=1, value="DEGREE"),
 )  # fmt: skip
-WITHIN = "within"
-"""The one input of `MODEL` that is an argument of `read_scene` itself."""
-INPUTS = PEREZ | SUN | MODEL | LIGHTS | CLEAR_SKY | MOMENT | _OTHERS
+READING = _by_name(
+    Input("bins", "--bins", "meaning of the indices of skydist.inp"),
+    Input("azimuth_bins", "--azimuth-bins", "range of its azimuth indices"),
+    Input("weighting", "--weighting", "meaning of its values, or the launch law of a sky"),
+)
+"""How a sky is read."""
+INPUTS = PEREZ | SUN | MODEL | LIGHTS | CLEAR_SKY | MOMENT | READING | _OTHERS
 """All inputs of the light of a scene, by name."""
 
 
-class Entrance(enum.Enum):
-    """Who says what the light is, so that messages call an input by the name that a person wrote."""
-
-    OPTIONS = "options"  #: The command line: ``--sun-zenith``
-    KEYWORDS = "keywords"  #: `weather_scene`: ``sun_zenith_deg=``
-    MAPPINGS = "mappings"  #: `read_scene`: ``sun["zenith_deg"]``
-
-    def say(self, text: str) -> str:
-        """A text with the names of inputs in it: ``"{time} needs {latitude_deg}"``, ``"write {spectrum:spectrl2}"``."""
-        return text.format_map({name: _Word(name, self) for name in INPUTS})
-
-    def listed(self, names: Iterable[str]) -> str:
-        """Names of inputs, joined by "and"."""
-        return " and ".join(dict.fromkeys(self.say(f"{{{name}}}") for name in names))
+_NAMED = re.compile(r"\{(\w+)(?::([^{}]*))?\}")
 
 
-@dataclass(frozen=True, slots=True)
-class _Word:
-    name: str
-    entrance: Entrance
+def say(text: str) -> str:
+    """A text with inputs by both names: "{dhi}" is "--dhi (dhi=)", "{spectrum:flat}" has the value in both."""
+    return _NAMED.sub(lambda found: _word(found[1], found[2] or "") if found[1] in INPUTS else found[0], text)
 
-    def __format__(self, value: str) -> str:
-        row, entrance = INPUTS[self.name], self.entrance
-        if entrance is Entrance.OPTIONS:
-            if row.is_switch:
-                return f"--no-{row.option[2:]}" if value == "False" else row.option
-            return f"{row.option} {value}" if value else row.option
-        if row.name == "coefficients":
-            return "coefficients=" if entrance is Entrance.KEYWORDS else 'perez["a"] to perez["e"]'
-        shown = f'"{value}"' if row.words or row.name == "sky" else value
-        if entrance is Entrance.MAPPINGS and row.mapping and row.name != WITHIN:
-            return f'{row.mapping}={{"{row.name}": {shown}}}' if value else f'{row.mapping}["{row.name}"]'
-        keyword = (row.keyword if entrance is Entrance.KEYWORDS else "") or row.name
-        return f"{keyword}={shown if value else ''}"
+
+def listed(names: Iterable[str]) -> str:
+    """Inputs by both names, as a list for people; "disc:False" has a value."""
+    *others, last = dict.fromkeys(say(f"{{{name}}}") for name in names)
+    return f"{', '.join(others)} and {last}" if others else last
+
+
+_OBJECTS = ("coefficients", "polarisation")
+"""Inputs whose values are no text in Python."""
+
+
+def _word(name: str, value: str) -> str:
+    """An input by both names, with a value."""
+    row = INPUTS[name]
+    option, shown = f"{row.option} {value}".rstrip(), value
+    if row.is_switch:
+        option = f"--no-{row.option[2:]}" if value == "False" else row.option
+        shown = value or "True"
+    elif value and (row.words or name == "sky"):
+        shown = f'"{value}"'
+    return f"{option} ({row.keyword or name}={'' if name in _OBJECTS else shown})"

@@ -60,14 +60,17 @@ USAGE = {
     "run scene --out new --engine dask --shard 1/2": "dask",
     "run scene --out new --scheduler tcp://localhost:1": "--scheduler",
     # skies by name
-    f"{GREY} cie --sky-option type=12": "--sky cie needs --sun-zenith",
+    f"{GREY} cie --sky-option type=12": "where is the sun? a cie sky needs --sun-zenith (sun_zenith_deg=)",
     f"{GREY} cie --sun-zenith 40": "--sky-option type=",
-    f"{GREY} none": "--sky none needs a scene of files",
-    f"{GREY} overcast --ghi 300 --dhi 200 --sun-zenith 40 --air-mass kasten-1966": "--air-mass: of the Perez sky",
-    f"{GREY} overcast {FIVE} --sun-zenith 40": "--coefficients: of the Perez sky",
-    f"{GREY} overcast --sun-azimuth 30": "--sun-azimuth: where is the sun?",
-    f"{GREY} harrison-coombes --sun-zenith 40 --aod 0.2": "--aod: used only for a cloudless sky",
-    f"{GREY} harrison-coombes --sun-zenith 40 --extraterrestrial 1367": "used only with two of",
+    f"{GREY} none": '--sky none (sky="none") needs a scene of files',
+    f"{GREY} overcast --ghi 300 --dhi 200 --sun-zenith 40 --air-mass kasten-1966":
+        "--air-mass (air_mass=) is not used: the sky is an overcast sky; write --sky perez",
+    f"{GREY} overcast {FIVE} --sun-zenith 40": "--coefficients (coefficients=) is not used: the sky is an overcast sky",
+    f"{GREY} overcast --sun-azimuth 30": "--sun-azimuth (sun_azimuth_deg=) is not used: the scene has no beam",
+    f"{GREY} harrison-coombes --sun-zenith 40 --aod 0.2":
+        "--aod (clear_sky=) is not used: the light is that of a harrison-coombes sky; write --spectrum spectrl2",
+    f"{GREY} harrison-coombes --sun-zenith 40 --extraterrestrial 1367":
+        "--extraterrestrial (extraterrestrial_normal=) is not used: the sky is a harrison-coombes sky",
     f"{GREY} uniform --sky-option a=1": "has no options",
     f"{GREY} uniform --sky-option a=1 --sky-option a=2": "--sky-option a is given twice",
     f"{GREY} perez --sky-option a=1 --ghi 300 --dhi 200 --sun-zenith 40": "is for a sky of another name",
@@ -78,25 +81,29 @@ USAGE = {
     f"{GREY} cie --sky-option type=3 --sky-option polarisation=0.5 --diffuse-only --sun-zenith 40":
         "has no option 'polarisation'; write --polarisation 0.75",
     # light that a scene cannot use
-    f"run inputs/atmosphere_sky --out new {EPW} --row 12": "--epw: not used with [atmosphere] in sky.toml",
-    f"{SUN} {FIVE} --limits paper": "--limits: limits of clearness and brightness, of which --coefficients",
-    f"{SUN} --ghi 780 --dhi 140 --diffuse-only --disc": "--disc: the beam is left out",
+    f"run inputs/atmosphere_sky --out new {EPW} --row 12":
+        "--row (row=) are not used: the light is that of the atmosphere of sky.toml",
+    f"{SUN} {FIVE} --limits paper":
+        "--limits (limits=) is not used: the sky is a perez sky of coefficients -1, -0.3, 5",
+    f"{SUN} --ghi 780 --dhi 140 --diffuse-only --disc":
+        "--disc (sun_disc=True) is not used: the scene has no beam; leave it",
     f"{SUN} --sky overcast --ghi 780 --dhi 140 --extraterrestrial 1367":
-        "--extraterrestrial: of the Perez sky, not of an overcast sky",
+        "--extraterrestrial (extraterrestrial_normal=) is not used: the sky is an overcast sky",
     "run inputs/sun_and_sky --out new --compat aomc --diffuse-only": "aomc does not use --diffuse-only",
     # weather
     f"run perez --out new {EPW} --row 49": "rows 1 to 48",
-    f"run perez --out new {EPW}": "--epw needs --row N",
-    "run perez --out new --row 5": "--row needs a weather file",
-    "run perez --out new --latitude 5": "--latitude needs --time",
-    f"run perez --out new {EPW} --row 12 --dni 5": "--dni contradicts --epw, which gives the sun and the sky",
+    f"run perez --out new {EPW}": "--epw (epw=) needs --row N (row=N)",
+    "run perez --out new --row 5": "--row (row=) needs --weather FILE (weather=FILE)",
+    "run perez --out new --latitude 5": "--latitude (latitude_deg=) needs --time (time=)",
+    f"run perez --out new {EPW} --row 12 --dni 5":
+        "--dni (dni=) contradicts --epw (epw=), which gives the sun and the sky",
     f"run perez --out new {TIME} --sun-zenith 5": "leave out --sun-zenith",
     "run perez --out new --time 2026-06-21T09:30:00 --latitude 54.18 --longitude 7.89": "time zone",
     f"run perez --out new {TIME} --altitude 1e5": "altitude must lie within",
     f"run perez --out new {TIME} --ghi 700": "ghi without dni; add dni (or dhi)",
     # measured skies and fields
     f"{SKY} --sky uniform": "--sky: not used with",
-    f"{SKY} --disc": "--disc: used only where something says how bright the beam is",
+    f"{SKY} --disc": "--disc (sun_disc=True) is not used: the scene has no beam",
     f"{SKY} --waveband 5": "waveband 5",
     f"{SKY} --radiance-unit lux": "radiance unit 'lux' is not known",
     f"{SKY} --stokes-signs 1 -1": "--stokes-signs is for a radiance field (.nc)",

@@ -40,8 +40,9 @@ def test_a_run_says_what_the_weather_replaced(amc, tmp_path, told):
     pytest.importorskip("pvlib")
     out, words = tmp_path / "out", (*ROW, "--spectrum", "flat")
     shown = told("run", amc, *words, "--iterations", 1000, "--out", out).out
-    assert "note: two_days.epw, row 12: the sun at a zenith angle of 29.8841" in shown
-    assert "its irradiances take the place of [perez] in sky.toml" in shown
+    assert "is not used: the sun is at 29.8841 and 288.0579 (two_days.epw, row 12)" in shown
+    light = "the light is that of dni 496 and dhi 281 W m-2 (two_days.epw, row 12)"
+    assert f"note: sky.toml: [perez] is not used: {light}" in shown
     manifest = manifest_of(out)
     assert manifest["inputs"]["weather"]["name"] == "two_days.epw"
     assert manifest["options"]["scene"]["weather"]["row"] == 12

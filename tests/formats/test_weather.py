@@ -319,4 +319,4 @@ def test_hours_of_0_to_23_are_the_whole_file_s(row, read):
 def test_a_head_of_another_kind_is_named(given, of):
     with pytest.raises(InputFileError, match="E601") as caught:
         read_weather(WEATHER / "good" / GOOD[given], of)
-    assert (f"write --{given} FILE --row N" in str(caught.value)) is (given != "tmy2")
+    assert ("write --weather FILE --row N" in str(caught.value)) is (given != "tmy2")

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import values
 from aomc_sky.errors import UsageError
-from aomc_sky.inputs import CLEAR_SKY, INPUTS, LIGHTS, MODEL, MOMENT, PEREZ, SUN, Entrance, Input
+from aomc_sky.inputs import CLEAR_SKY, INPUTS, LIGHTS, MODEL, MOMENT, PEREZ, SUN, WEATHER_FILES, Input
 from aomc_sky.outputs.photon_formats import RUN_FORMATS
 
 if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
     from aomc_sky.engine.run import JobOptions
-    from aomc_sky.source.light.inputs import LightInputs
+    from aomc_sky.source.light.said import Speakers
     from aomc_sky.source.read.files import Reading
     from aomc_sky.source.scene import Scene
 
@@ -316,13 +316,12 @@ def add_moment_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group(
         "when and where, or an hour of a weather file (the sun at its middle; needs the extra 'weather')"
     )
-    files = ("epw", "tmy2", "tmy3")
-    add_inputs(group, *(row for name, row in MOMENT.items() if name not in files))
-    add_inputs(group.add_mutually_exclusive_group(), *(MOMENT[name] for name in files))
+    add_inputs(group, *(row for name, row in MOMENT.items() if name not in WEATHER_FILES))
+    add_inputs(group.add_mutually_exclusive_group(), *(MOMENT[name] for name in WEATHER_FILES))
 
 
 def light_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
-    """What the options say about the light: arguments of `given_inputs`."""
+    """What the options say about the light: arguments of `said_by_caller`."""
     perez = inputs_of(arguments, PEREZ | MODEL)
     perez |= dict(zip("abcde", perez.pop("coefficients", ()), strict=False))
     return {
@@ -337,14 +336,14 @@ def light_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def light_given(arguments: argparse.Namespace) -> LightInputs:
+def said_of(arguments: argparse.Namespace) -> Speakers:
     """What the options say about the light, checked."""
-    from aomc_sky.source.light.inputs import given_inputs, rayleigh_pattern
+    from aomc_sky.source.light.said import rayleigh_pattern, said_by_caller
 
     how = light_arguments(arguments)
     if how["polarisation"] is not None:
         how["polarisation"] = rayleigh_pattern(how["polarisation"])
-    return given_inputs(Entrance.OPTIONS, **how)
+    return said_by_caller(**how)
 
 
 def reading_of(arguments: argparse.Namespace, wavebands: list[int] | None = None) -> Reading:
@@ -383,7 +382,7 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
         )
     began = time.monotonic()
     with status_line("preparing the scene", enabled=is_verbose(arguments)):
-        scene = scene_of_files(path, light_given(arguments), reading_of(arguments, wavebands))
+        scene = scene_of_files(path, said_of(arguments), reading_of(arguments, wavebands))
     seconds = time.monotonic() - began
     if is_verbose(arguments) and scene.options.get("sky") == "atmosphere" and seconds > _SLOW_SKY_S:
         sun = scene.options["sun"]
@@ -405,7 +404,7 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
 
     if others := given_options(arguments, _NOT_MEASURED):
         raise UsageError(f"{' and '.join(others)}: not used with {path}, a measured sky; leave it out")
-    given = light_given(arguments)
+    callers = said_of(arguments)
     how = {
         "iterations": arguments.iterations,
         "wavelength_nm": getattr(arguments, "wavelengths", None),
@@ -427,7 +426,7 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
 
         section = FieldSection(file=path, **stated, **dict(named))
         section.check()
-        return (field_scene if is_field else measured_scene)(section, given, **how)
+        return (field_scene if is_field else measured_scene)(section, callers, **how)
 
 
 _BACKGROUND_OPTIONS = """\

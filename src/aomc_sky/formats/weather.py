@@ -12,7 +12,7 @@ import math
 import re
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -95,11 +95,17 @@ class _Text:
         """A line, empty behind the end. [1-based]"""
         return self.lines[number - 1] if number <= len(self.lines) else ""
 
+    @property
+    def kind_of_head(self) -> str:
+        """The kind that the first lines name; empty for TMY2, whose head has no name."""
+        return "epw" if self.line(1).upper().startswith("LOCATION,") else "tmy3" * (_TMY3_NAMES[0] in self.line(2))
+
     def bad_head(self, number: int, message: str) -> InputFileError:
         """The error for a line of the head; the advice is another option where the head is of another kind."""
-        is_epw, is_tmy3 = self.line(1).upper().startswith("LOCATION,"), _TMY3_NAMES[0] in self.line(2)
-        kind = "epw" if is_epw else "tmy3" if is_tmy3 else self.kind
-        advice = _SAY_HEAD[kind] if kind == self.kind else f"the head is of {kind.upper()}: write --{kind} FILE --row N"
+        kind = self.kind_of_head or self.kind
+        advice = (
+            _SAY_HEAD[kind] if kind == self.kind else f"the head is of {kind.upper()}: write --weather FILE --row N"
+        )
         return refuse(self.path, message, code="E601", advice=advice, span=Span(number, 1, self.line(number)))
 
 
@@ -114,8 +120,10 @@ class _Layout:
     n_fields: int  #: Most fields of a row
 
 
-def read_weather(path: str | Path, kind: str, *, row: int | None = None) -> WeatherTable:
-    """Read a weather file of kind epw, tmy2 or tmy3, rows in file order. Cost: about 0.2 s for a year of hours.
+def read_weather(path: str | Path, kind: str = "", *, row: int | None = None) -> WeatherTable:
+    """Read a weather file of kind epw, tmy2 or tmy3, by default that of its head, rows in file order.
+
+    Cost: about 0.2 s for a year of hours.
 
     With a `row` [0-based] it alone must be right: others that are not have no time and no irradiances.
     """
@@ -125,7 +133,8 @@ def read_weather(path: str | Path, kind: str, *, row: int | None = None) -> Weat
     except UnicodeDecodeError:  # old files have their stations so
         text = data.decode("latin-1")
     file = _Text(path=path, kind=kind, lines=[line.removesuffix("\r") for line in text.removesuffix("\n").split("\n")])
-    layout = _HEADS[kind](file)
+    file = replace(file, kind=kind or file.kind_of_head or "tmy2")
+    layout = _HEADS[file.kind](file)
     line, values = _rows(file, layout, row)
     is_right = np.isfinite(values[:_LIGHT]).all(axis=0)
     year, month, day, hour = np.where(is_right, values[:_LIGHT], [[1970], [1], [1], [1]]).astype(np.int64)

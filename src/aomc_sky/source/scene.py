@@ -36,7 +36,7 @@ from aomc_sky.plan.options import Footprint, Placement, SamplingOptions, resolve
 from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.streams import STREAM_VERSION, checked_seed
 from aomc_sky.record import same_content
-from aomc_sky.skies.direct_beam import about_solar_irradiance
+from aomc_sky.skies.direct_beam import solar_irradiance
 from aomc_sky.skies.model import has_share
 from aomc_sky.wavebands import Wavebands, as_wavebands
 from aomc_sky.whole_number import as_index
@@ -341,7 +341,7 @@ class Scene:
 
 def _warn_of_too_much_light(wavelength_nm: np.ndarray, irradiance: np.ndarray) -> None:
     """Clouds double the light of the sun at most; a unit that is read wrongly makes factors of 10 and more."""
-    sun = about_solar_irradiance(wavelength_nm)
+    sun = solar_irradiance(wavelength_nm)
     band = int(np.argmax(irradiance / sun))
     if irradiance[band] > 2 * sun[band]:
         warnings.warn(

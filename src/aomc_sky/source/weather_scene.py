@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError, floats, number, require_one_of, shown_value
 from aomc_sky.grid import PatchGrid
-from aomc_sky.inputs import MODEL, PEREZ, Entrance
-from aomc_sky.source.light.diffuse import DiffuseSky, model_diffuse, named_diffuse, perez_diffuse, require_sky_name
-from aomc_sky.source.light.inputs import LightInputs, Unsaid, Use, given_inputs, refuse_unused
-from aomc_sky.source.light.light import light_of
+from aomc_sky.inputs import PEREZ, say
+from aomc_sky.source.light.join import light_of
+from aomc_sky.source.light.said import Speakers, moment_said, said_by_caller
+from aomc_sky.source.light.skies import Model, Sky, model_of, named_sky, perez_of, require_sky_name, with_sun_of
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands, as_wavebands
 
@@ -32,6 +32,7 @@ def weather_scene(
     latitude_deg: float | None = None,
     longitude_deg: float | None = None,
     altitude_m: float = 0.0,
+    weather: str | Path | None = None,
     epw: str | Path | None = None,
     tmy2: str | Path | None = None,
     tmy3: str | Path | None = None,
@@ -74,9 +75,12 @@ def weather_scene(
     latitude_deg, longitude_deg : float, optional
         The place, with `time`: north and east positive. [deg, -90 to 90 and -180 to 180]
     altitude_m : float, optional
-        Its height above the sea. [m, -500 to 9000]
+        Height of the place above the sea. The pressure of a cloudless sky follows from it, unless `clear_sky` gives
+        one. [m, -500 to 9000]
+    weather : str or Path, optional
+        A weather file, EPW, TMY2 or TMY3, which gives place, sun and irradiances of the hour `row`.
     epw, tmy2, tmy3 : str or Path, optional
-        A weather file, which gives place, sun and irradiances of the hour `row`.
+        The same of one kind; they go with version 0.6.
     row : int, optional
         The hour of the file. [from 1]
     sun_zenith_deg, sun_azimuth_deg : float, optional
@@ -89,9 +93,10 @@ def weather_scene(
     coefficients : sequence of 5 float, optional
         Those of the sky's law in their place. They do not say how bright the beam is: the sky is launched alone.
     spectrum : str, optional
-        "flat", the default: every waveband has the broadband shares. "spectrl2": shares and irradiances of each
-        waveband by cloudless spectra (Bird and Riordan 1986, by pvlib) that are scaled to dni and dhi. Without
-        irradiances the light is that of a cloudless sky, `clear_sky`.
+        "flat": every waveband has the broadband shares. "spectrl2": shares and irradiances of each waveband by
+        cloudless spectra (Bird and Riordan 1986, by pvlib) that are scaled to dni and dhi. Without irradiances the
+        light is that of a cloudless sky, `clear_sky`. The default is "flat". Beside a sky in W m-2 nm-1 it is
+        "spectrl2": the beam is dni times its spectrum, and the sky keeps its light.
     sun_disc : bool
         The beam comes from the solar disc, 0.2665 degrees in radius, and not from one direction.
     diffuse_only : bool
@@ -105,8 +110,9 @@ def weather_scene(
         Patches of the Perez sky; by default 45 x 180.
     sky : str, sky model or function, optional
         A sky in the place of the Perez sky: a name such as "harrison-coombes", which gets the sun's angles, a model, or
-        a function of zenith angle, azimuth and wavelength. Its amount is that of the inputs above. Without them it is
-        the sky alone, and an `InputWarning` says so, unless `diffuse_only` says that it is meant.
+        a function of zenith angle, azimuth and wavelength. A model with a sun says where the sun is. A relative sky has
+        the amount of the inputs above. Without them it is the sky alone, and an `InputWarning` says so, unless
+        `diffuse_only` says that it is meant.
     sky_options : mapping, optional
         Options of a named sky, such as ``{"type": 12}`` of "cie".
     clear_sky : ClearSky or mapping, optional
@@ -119,14 +125,14 @@ def weather_scene(
     -------
     Scene
         Components "direct" and "perez", or those of `sky`; `scene.irradiance` in W m-2 nm-1 with
-        ``spectrum="spectrl2"``, else None.
+        ``spectrum="spectrl2"`` or a sky in these units, else None.
 
     Raises
     ------
     UsageError
-        Inputs that contradict each other or do not suffice.
+        Inputs that contradict each other, do not suffice or are not used.
     SceneError
-        The sun below the horizon, irradiances that no sky has, or no light at all.
+        The sun below the horizon, irradiances that no sky has, a beam brighter than the sun, or no light at all.
 
     Examples
     --------
@@ -147,8 +153,7 @@ def weather_scene(
         if values.shape != (5,):
             raise UsageError(f"coefficients are five numbers a, b, c, d, e, got {values.size}")
         perez |= dict(zip("abcde", values.tolist(), strict=True))
-    given = given_inputs(
-        Entrance.KEYWORDS,
+    speakers = said_by_caller(
         perez=perez,
         sun={
             "zenith_deg": sun_zenith_deg, "azimuth_deg": sun_azimuth_deg,
@@ -158,17 +163,17 @@ def weather_scene(
         weather={
             "time": time, "latitude_deg": latitude_deg, "longitude_deg": longitude_deg,
             "altitude_m": None if altitude_m is None else number("altitude_m", altitude_m) or None,
-            "epw": epw, "tmy2": tmy2, "tmy3": tmy3, "row": row,
+            "weather": weather, "epw": epw, "tmy2": tmy2, "tmy3": tmy3, "row": row,
         },
         clear_sky=clear_sky,
         diffuse_only=diffuse_only,
         polarisation=polarisation,
     )  # fmt: skip
-    return scene_of_weather(given, wavebands, n_photons, sky=sky, sky_options=sky_options, grid=grid)
+    return scene_of_weather(speakers, wavebands, n_photons, sky=sky, sky_options=sky_options, grid=grid)
 
 
 def scene_of_weather(
-    given: LightInputs,
+    speakers: Speakers,
     wavebands: Wavebands | Sequence[float] | np.ndarray,
     n_photons: ArrayLike,
     *,
@@ -177,54 +182,51 @@ def scene_of_weather(
     grid: PatchGrid | None = None,
 ) -> Scene:
     """The scene of what a caller says about the light, without files of AMC."""
-    diffuse = sky_of(sky, sky_options or {}, given, grid)
-    return scene_of_sky(diffuse, given, as_wavebands(wavebands), n_photons, unsaid=Unsaid.WARNING)
+    found = sky_of(sky, sky_options or {}, speakers, grid)
+    if isinstance(found, Model):
+        speakers = with_sun_of(found, speakers)
+    return scene_of_sky(found, speakers, as_wavebands(wavebands), n_photons)
 
 
-def sky_of(sky: Any, options: Mapping[str, Any], given: LightInputs, grid: PatchGrid | None = None) -> DiffuseSky:
+def sky_of(sky: Any, options: Mapping[str, Any], speakers: Speakers, grid: PatchGrid | None = None) -> Sky:
     """The sky that a caller names or gives; by default that of Perez."""
     if not isinstance(options, Mapping):
         raise UsageError(f"sky_options are a mapping such as {{'type': 12}}, got {shown_value(options)}")
-    say, named = given.say, " ".join(options)
+    named = " ".join(options)
     if sky is None or (isinstance(sky, str) and sky == "perez"):
         if options:
             raise UsageError(
                 say(f"{{sky_options}} {named} is for a sky of another name, such as {{sky:cie}}; the Perez sky has ")
                 + "options of its own"
             )
-        return perez_diffuse(given.perez_choices, grid=grid, shows=(*MODEL, "dni", "dhi"))
+        return perez_of(speakers, grid)
     if grid is not None:
         raise UsageError("grid is that of the Perez sky; another sky has its own")
     if not isinstance(sky, str):
         if options:
             raise UsageError(say(f"{{sky_options}} {named} is for a sky by its name; give a model its own"))
-        return model_diffuse(sky, given)
+        return model_of(sky, has_pattern=any(one.polarisation is not None for one in speakers))
     require_sky_name(sky)
-    found = named_diffuse(sky, options, given.entrance)
+    found = named_sky(sky, options)
     if found is None:
         raise UsageError(say(f"{{sky:{sky}}} needs a scene of files: name its amc.inp"))
     return found
 
 
 def scene_of_sky(
-    sky: DiffuseSky,
-    given: LightInputs,
+    sky: Sky,
+    speakers: Speakers,
     bands: Wavebands,
     n_photons: ArrayLike,
     *,
-    unsaid: Unsaid,
     input_files: Mapping[str, str] | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> Scene:
     """The scene of a sky and of the sun's beam."""
-    weather = given.weather
-    about = {"is_file": sky.is_file, "is_sunless": sky.is_sunless}
-    refuse_unused(given, Use(inputs=given, sky=sky.name, words=str(sky), unsaid=unsaid, **about))
-    given.refuse_set_sun()
-    light = light_of(given, sky, bands, unsaid=unsaid)
+    light, moment = light_of(speakers, sky, bands), moment_said(speakers)
     files = dict(input_files or {})
-    if weather is not None and weather.path is not None:
-        files["weather"] = weather.path
+    if moment is not None and moment.path is not None:
+        files["weather"] = moment.path
     return Scene(
         wavebands=bands,
         n_photons=np.broadcast_to(np.asarray(n_photons), (bands.n_bands,)).copy(),
@@ -237,6 +239,6 @@ def scene_of_sky(
         options={
             **light.options,
             **{name: value for name, value in (options or {}).items() if light.options.get(name) is None},
-            "weather": None if weather is None else weather.source,
+            "weather": None if moment is None else moment.source,
         },
     )

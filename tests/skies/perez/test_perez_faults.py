@@ -8,7 +8,8 @@ import pytest
 
 import aomc_sky as sky
 from tests.reference import perez_exact
-from tests.support.fault_rows import row, row_id, run_scene
+from tests.support.fault_rows import command, row, row_id, run_scene
+from tests.support.scenes import copy_scene
 
 EDGES = {
     # name: sun zenith [deg], epsilon, Delta, row of Table 1 [from 1], Delta that is used, words of the warning
@@ -59,11 +60,21 @@ def test_no_substitute_sky(name, told):
 
 @row(34, "no-diffuse-light-in-a-run")
 def test_no_substitute_sky_in_a_run(fault, tmp_path, capsys):
+    """Irradiances without diffuse light launch the beam alone; a sky that difcol.inp needs is refused."""
     options = ["--sky", "perez", "--dni", 850, "--dhi", 0, "--sun-zenith", 40]
     answer = run_scene(tmp_path, {}, options, capsys)
-    assert (answer.code, answer.out) == (4, "")
-    assert "give a positive diffuse irradiance" in answer.err
-    assert not answer.folder.exists()
+    assert answer.code == 0
+    assert "all light is direct, so no sky is modelled" in answer.out
+    zenith = np.deg2rad(40.0)
+    for path in sorted(answer.folder.glob("photons-*.npy")):
+        np.testing.assert_allclose(np.load(path)[:, 2], -np.cos(zenith), rtol=1e-6)
+    scene = copy_scene("perez_sky", tmp_path).parent
+    (scene / "sky.toml").write_text("[perez]\ndni = 850.0\ndhi = 0.0\n")
+    assert command("run", scene, "--out", tmp_path / "out") == 4
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "give a positive diffuse irradiance" in said.err
+    assert not (tmp_path / "out").exists()
 
 
 DARK_ABOVE_60 = [-math.exp(2.0), -1.0, 1.0, -1.0, 0.0]

@@ -12,10 +12,12 @@ from hypothesis import strategies as st
 import aomc_sky as sky
 from aomc_sky.formats.aomc.amc import LightSource
 from aomc_sky.formats.sky_toml.sections import PerezSection, SunSection
-from aomc_sky.inputs import Entrance
+from aomc_sky.inputs import listed, say
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG
-from aomc_sky.source.light.inputs import given_inputs
-from aomc_sky.source.light.sun import MEDIAN_DELTA, Sun, amounts_of_fractions, direct_fraction
+from aomc_sky.source.light.brightness import InBands, direct_fraction
+from aomc_sky.source.light.place import Sun
+from aomc_sky.source.light.said import said_by_caller
+from aomc_sky.source.light.skies import MEDIAN_DELTA, shape_of_shares
 from tests.support.scenes import change_config
 from tests.support.shared import INPUTS
 
@@ -46,9 +48,17 @@ def perez_of(scene):
 def test_options_win_over_sky_toml_and_sky_toml_over_difcol(tmp_path):
     folder = scene_folder(tmp_path, toml=TOML, difcol=DIFCOL)
     assert perez_of(sky.read_scene(folder))["from"].endswith("(sky.toml)")
-    options = sky.read_scene(folder, perez={"epsilon": 3.0, "delta": 0.25})
+    with pytest.warns(sky.InputWarning, match="every waveband has the broadband direct fraction 0.667 of epsilon 3"):
+        options = sky.read_scene(folder, perez={"epsilon": 3.0, "delta": 0.25})
     assert perez_of(options)["from"] == "epsilon 3 and Delta 0.25 (options)"
     assert (perez_of(options)["epsilon"], perez_of(options)["delta"]) == (3.0, 0.25)
+    asked = sky.read_scene(folder, perez={"epsilon": 3.0, "delta": 0.25} | FLAT)
+    np.testing.assert_array_equal(asked.source().counts, options.source().counts)
+    strengths = [c.strength.tolist() for c in asked.components]
+    assert strengths == [[pytest.approx(0.667, abs=5e-4)], [pytest.approx(0.333, abs=5e-4)]]  # and not those of difcol
+    np.testing.assert_array_equal(asked.n_photons, [360_000, 470_000, 500_000, 440_000])  # but its intensities
+    said = "not used: the light is that of epsilon 3 and Delta 0.25 (options)"
+    assert asked.notes[-2:] == (f"sky.toml: [perez] is {said}", f"difcol.inp: its direct fractions are {said}")
     (folder / "sky.toml").unlink()
     with pytest.warns(sky.InputWarning, match=DERIVED):
         derived = sky.read_scene(folder)
@@ -91,9 +101,8 @@ def test_without_difcol_the_irradiances_split_the_light(tmp_path, weather):
     np.testing.assert_allclose(counts[:, 0] / 500_000, direct / (direct + 95.0), rtol=0, atol=1 / 500_000)
     strengths = [float(c.strength[0]) for c in scene.components]
     assert strengths[0] / strengths[1] == pytest.approx(direct / 95.0, rel=1e-12)
-    assert scene.notes[0].endswith(
-        f"(options) without difcol.inp: direct fraction {direct / (direct + 95.0):g}, the rest from a perez sky"
-    )
+    assert "W m-2 (options), the broadband share in every waveband" in scene.notes[0]
+    assert scene.notes[0].endswith(f": direct fraction {direct / (direct + 95.0):g}, the rest from a perez sky")
 
 
 def test_nothing_given_shows_the_lines_to_write(tmp_path):
@@ -102,12 +111,21 @@ def test_nothing_given_shows_the_lines_to_write(tmp_path):
         sky.read_scene(folder)
     shown = str(caught.value)
     assert "difcol.inp: error[E100]" in shown
+    coefficients = {"a": -1.0, "b": -0.3, "c": 10.0, "d": -3.0, "e": 0.45}
+    with pytest.raises(sky.InputFileError, match="do not say how much"):
+        sky.read_scene(folder, perez=coefficients)
     lines = shown.splitlines()
     start = lines.index("[perez]")
     (folder / "sky.toml").write_text("\n".join(lines[start : start + 3]) + "\n")
-    assert perez_of(sky.read_scene(folder, perez=FLAT))["from"] == "dni 850 and dhi 95 W m-2 (sky.toml)"
-    with pytest.raises(sky.InputFileError, match="do not say how much"):
-        sky.read_scene(folder, perez={"a": -1.0, "b": -0.3, "c": 10.0, "d": -3.0, "e": 0.45})
+    by_file = sky.read_scene(folder, perez=FLAT)
+    assert perez_of(by_file)["from"] == "dni 850 and dhi 95 W m-2 (sky.toml)"
+    shaped = sky.read_scene(folder, perez=coefficients | FLAT)  # dni and dhi of the file stay
+    assert perez_of(shaped)["from"] == "coefficients -1, -0.3, 10, -3, 0.45 (options)"
+    assert perez_of(shaped)["coefficients"] == list(coefficients.values())
+    strengths = [[c.strength.tolist() for c in scene.components] for scene in (shaped, by_file)]
+    assert strengths[0] == strengths[1]
+    assert strengths[0][0] == [pytest.approx(0.884, abs=1e-3)]
+    assert not any("not used" in note for note in shaped.notes)
 
 
 @pytest.mark.parametrize(
@@ -117,7 +135,7 @@ def test_difcol_stands_in(fraction, zenith_deg, expected):
     spread = np.array([fraction, min(fraction + 0.04, 1.0), max(fraction - 0.02, 0.0)])
     weight, sun = np.array([1.0, 0.5, 2.0]), Sun(zenith_deg=zenith_deg, azimuth_deg=0.0)
     with pytest.warns(sky.InputWarning, match="too low, often by a bin"):
-        amounts = amounts_of_fractions(spread, weight, sun, "difcol.inp")
+        amounts = shape_of_shares(InBands(direct_fraction=spread, intensity=weight, who="difcol.inp"), sun)
     mean = float(np.average(spread, weights=[1.0, 0.5, 2.0]))
     z = math.radians(zenith_deg)
     epsilon = 1 + mean / ((1 - mean) * math.cos(z)) / (1 + 1.041 * z**3)
@@ -132,13 +150,20 @@ def test_difcol_stands_in(fraction, zenith_deg, expected):
 def test_flag_one_takes_the_perez_sky_instead_of_its_file(tmp_path):
     folder = scene_folder(tmp_path, toml=TOML)
     change_config(folder / "amc.inp", light_source=LightSource.FILE)
-    scene = sky.read_scene(folder, sky="perez")
-    assert [c.name for c in scene.components] == ["perez"]
+    scene = sky.read_scene(folder, sky="perez", perez=FLAT)
+    assert [c.name for c in scene.components] == ["direct", "perez"]
     assert scene.n_photons.tolist() == [500_000] * 4
-    assert scene.notes[0] == "the sky model replaces skydist.inp: direct fraction 0, the rest from a perez sky"
-    assert scene.notes[2].endswith("% of the light, is missing; write 0 as the light source of amc.inp to launch both")
-    shared = sky.read_scene(scene_folder(tmp_path / "0", toml=TOML, difcol=DIFCOL))
-    assert not any("missing" in note for note in shared.notes)
+    beam = 850.0 * math.cos(math.radians(scene.options["sun"]["zenith_deg"]))
+    assert scene.components[0].strength == pytest.approx([beam / (beam + 95.0)], rel=1e-12)
+    assert scene.notes[0].startswith("dni 850 and dhi 95 W m-2 (sky.toml), the broadband share in every waveband")
+    assert not any("missing" in note for note in scene.notes)
+    flag_0 = scene_folder(tmp_path / "0", toml=TOML)
+    assert sky.read_scene(flag_0, perez=FLAT).source(seed=1).plan.sha256 == scene.source(seed=1).plan.sha256
+    alone = sky.read_scene(folder, sky="perez", perez=FLAT, diffuse_only=True)
+    assert [c.name for c in alone.components] == ["perez"]
+    direct = sky.read_scene(folder, sky="perez", perez={"dni": 850.0, "dhi": 0.0})
+    assert [c.name for c in direct.components] == ["direct"]
+    assert direct.notes[0].endswith("all light is direct, so no sky is modelled")
     (folder / "sky.toml").unlink()
     with pytest.raises(sky.UsageError, match=r"(?s)needs dni and dhi.*\[perez\]"):
         sky.read_scene(folder, sky="perez")
@@ -150,7 +175,7 @@ def test_a_sky_file_leaves_sky_toml_alone_and_says_so(tmp_path):
     plain = sky.read_scene(folder)
     (folder / "sky.toml").write_text(TOML)
     scene = sky.read_scene(folder)
-    said = "sky.toml: not used, all light comes from skydist.inp (--sky perez takes a sky model instead)"
+    said = 'sky.toml: [perez] is not used: the sky is skydist.inp; write --sky perez (sky="perez") for another sky'
     assert scene.notes == (*plain.notes, said)
     np.testing.assert_array_equal(scene.source().counts, plain.source().counts)
     (folder / "sky.toml").write_text("[perez]\ndni = 850.0\n")
@@ -162,13 +187,16 @@ def test_a_sky_file_leaves_sky_toml_alone_and_says_so(tmp_path):
 
 
 def test_a_sky_without_light_beside_difcol_is_refused(tmp_path):
+    folder = scene_folder(tmp_path, toml="[perez]\ndni = 850.0\ndhi = 0.0\n", difcol=DIFCOL)
     with pytest.raises(sky.SceneError, match="no light for the sky"):
-        sky.read_scene(scene_folder(tmp_path, difcol=DIFCOL), perez={"dni": 850.0, "dhi": 0.0})
+        sky.read_scene(folder)
+    beam = sky.read_scene(folder, perez={"dni": 850.0, "dhi": 0.0})  # a caller comes before difcol.inp
+    assert [c.name for c in beam.components] == ["direct"]
 
 
 def test_a_uniform_sky_says_that_perez_is_not_used(tmp_path):
     scene = sky.read_scene(scene_folder(tmp_path, toml=TOML, difcol=DIFCOL), sky="uniform")
-    assert scene.notes[-1] == "sky.toml: [perez] is not used, no Perez sky is modelled"
+    assert scene.notes[-1] == "sky.toml: [perez] is not used: the light is that of difcol.inp"
     assert "perez" not in scene.options
 
 
@@ -196,7 +224,8 @@ WEATHER = st.one_of(
 
 @given(WEATHER, st.floats(0, 90, exclude_max=True))
 def test_any_weather_splits_the_light_or_is_refused(weather, zenith_deg):
-    amounts = given_inputs(Entrance.OPTIONS, perez=weather).amounts
+    (caller,) = said_by_caller(perez=weather)
+    amounts = caller.perez
     try:
         fraction = direct_fraction(amounts, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0))
     except sky.SceneError:
@@ -214,7 +243,8 @@ def test_any_difcol_stands_in(rows, zenith_deg):
     fractions, weight = np.array(rows).T
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sky.InputWarning)
-        section = amounts_of_fractions(fractions, weight, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0), "difcol.inp")
+        light = InBands(direct_fraction=fractions, intensity=weight, who="difcol.inp")
+        section = shape_of_shares(light, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0))
     assert section.epsilon is not None
     assert section.epsilon >= 1
     assert section.delta in MEDIAN_DELTA
@@ -222,20 +252,24 @@ def test_any_difcol_stands_in(rows, zenith_deg):
 
 def test_numbers_of_numpy_are_numbers():
     sun, perez = {"disc": np.bool_(True), "zenith_deg": 3}, {"dni": np.float32(850), "dhi": np.int64(95)}
-    inputs = given_inputs(Entrance.OPTIONS, perez=perez, sun=sun)
-    assert inputs.amounts == PerezSection(dni=850.0, dhi=95.0)
-    assert inputs.sun == SunSection(disc=True, zenith_deg=3.0)
+    (caller,) = said_by_caller(perez=perez, sun=sun)
+    assert caller.perez == PerezSection(dni=850.0, dhi=95.0)
+    assert caller.sun == SunSection(disc=True, zenith_deg=3.0)
 
 
 WORDS = {
-    Entrance.OPTIONS: "--time needs --latitude; write --spectrum spectrl2 or --diffuse-only",
-    Entrance.KEYWORDS: 'time= needs latitude_deg=; write spectrum="spectrl2" or diffuse_only=True',
-    Entrance.MAPPINGS: 'weather["time"] needs weather["latitude_deg"]; write perez={"spectrum": "spectrl2"} '
-    "or diffuse_only=True",
+    "{time} needs {latitude_deg}; write {spectrum:spectrl2} or {diffuse_only:True}": "--time (time=) needs --latitude "
+    '(latitude_deg=); write --spectrum spectrl2 (spectrum="spectrl2") or --diffuse-only (diffuse_only=True)',
+    "{zenith_deg}, {disc:False}, {disc:True}, {row:7}": "--sun-zenith (sun_zenith_deg=), --no-disc (sun_disc=False), "
+    "--disc (sun_disc=True), --row 7 (row=7)",
+    "{sky:perez}, {polarisation:0.75}": '--sky perez (sky="perez"), --polarisation 0.75 (polarisation=)',
 }
 
 
-@pytest.mark.parametrize("entrance", WORDS)
-def test_words_of_the_entrance(entrance):
-    template = "{time} needs {latitude_deg}; write {spectrum:spectrl2} or {diffuse_only:True}"
-    assert entrance.say(template) == WORDS[entrance]
+@pytest.mark.parametrize("template", WORDS)
+def test_an_input_has_both_its_names(template):
+    assert say(template) == WORDS[template]
+
+
+def test_a_list_of_inputs_names_each_once():
+    assert listed(["dhi", "disc:False", "dhi"]) == "--dhi (dhi=) and --no-disc (sun_disc=False)"

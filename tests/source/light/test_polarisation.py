@@ -137,10 +137,18 @@ def test_a_table_and_a_function_have_it_around_the_sun_of_the_scene():
         assert np.abs(mirrored[:, chosen]).max() > 0.5
 
 
+NO_PATTERN = r"--polarisation \(polarisation=\) is not used: the sky is "
 REFUSED = {
-    "overcast": ({"sky": "overcast", "diffuse_only": True}, "polarisation=: an overcast sky has no sun"),
-    "uniform": ({"sky": "uniform", "diffuse_only": True}, "polarisation=: a uniform sky has no sun"),
-    "a model without a sun": ({"sky": sky.OvercastSky(), **SUN, "ghi": 700.0, "dhi": 100.0}, "has no sun"),
+    "overcast": (
+        {"sky": "overcast", "diffuse_only": True},
+        NO_PATTERN + "an overcast sky; take a sky with a sun: --sky perez",
+    ),
+    "uniform": (
+        {"sky": "uniform", "diffuse_only": True},
+        NO_PATTERN + "a uniform sky; take a sky with a sun: --sky perez",
+    ),
+    "a model without a sun": ({"sky": sky.OvercastSky(), **SUN, "ghi": 700.0, "dhi": 100.0}, NO_PATTERN + "the mod"),
+    "all light is direct": ({**SUN, "dni": 800.0, "dhi": 0.0}, r"is not used: all light is direct \(dni 800 and dhi 0"),
     "a model with a sun": ({"sky": sky.CIESky(type=3, **SUN), **SUN}, r"write CIESky\(polarisation=...\)"),
     "no sun": ({"sky": "cie", "sky_options": {"type": 3}, "diffuse_only": True}, "where is the sun"),
     "a number": ({**SUN, "epsilon": 5.0, "delta": 0.1, "polarisation": 0.75}, r"RayleighPattern\(max_degree=0.75\)"),
@@ -173,7 +181,7 @@ def test_lines_of_sky_toml_that_are_wrong(toml, place, text, tmp_path, told):
 def test_an_option_that_takes_another_sky_leaves_a_note(tmp_path):
     path = folder(tmp_path, "[sky]\npolarisation = 0.5\n")
     scene = sky.read_scene(path, sky="overcast")
-    assert "sky.toml: polarisation is not used, an overcast sky has no sun" in scene.notes
+    assert "sky.toml: polarisation is not used: the sky is an overcast sky" in scene.notes
     assert all(component.stokes is None for component in scene.components)
-    with pytest.raises(sky.UsageError, match="the beam is left out, and an overcast sky needs no sun"):
+    with pytest.raises(sky.UsageError, match=r"\(sun_zenith_deg=\) is not used: the scene has no beam"):
         sky.read_scene(path, sky="overcast", sun={"zenith_deg": 30.0}, diffuse_only=True)

@@ -8,8 +8,9 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.errors import ModelLimitWarning, SceneError
 from aomc_sky.formats.sky_toml.sections import PerezSection
+from aomc_sky.source.light.brightness import Broadband
+from aomc_sky.source.light.place import Sun
 from aomc_sky.source.light.spectral_split import LARGEST_TURBIDITY, REFERENCE, spectral_split
-from aomc_sky.source.light.sun import Sun
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
@@ -23,8 +24,7 @@ WEATHER = {"dni": 850.0, "dhi": 95.0}
 
 
 def split(dni, dhi, zenith_deg, wavelength_nm=VISIBLE):
-    inputs = PerezSection(dni=dni, dhi=dhi, origin="options")
-    return spectral_split(inputs, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0), np.asarray(wavelength_nm, np.float64))
+    return spectral_split(dni, dhi, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0), np.asarray(wavelength_nm, np.float64))
 
 
 def model(zenith_deg, turbidity):
@@ -108,9 +108,9 @@ def test_what_is_said_of_clear_skies_of_clouds_and_of_no_light():
     assert (found.turbidity, found.cloud) == (0.0, 0.0)
     assert str(split(0.0, 300.0, 50.0)).endswith("turbidity 0.5, 100 % of the diffuse light as white as a cloud's")
     assert str(split(850.0, 95.0, 50.0)).count("cloud") == 0
-    shape = PerezSection(epsilon=3.0, delta=0.0, origin="options")
-    with pytest.raises(SceneError, match="no light at all"):
-        spectral_split(shape, Sun(zenith_deg=30.0, azimuth_deg=0.0), VISIBLE)
+    dark = Broadband(amounts=PerezSection(epsilon=3.0, delta=0.0, origin="options"), spectrum="spectrl2")
+    with pytest.raises(SceneError, match=r"epsilon 3 and Delta 0 \(options\) leave no light at all"):
+        dark.in_bands(Sun(zenith_deg=30.0, azimuth_deg=0.0), VISIBLE, None)
 
 
 OCEAN_NM = np.array([412.0, 443.0, 490.0, 555.0, 670.0])
@@ -224,8 +224,11 @@ def test_light_of_the_night_adds_to_it_and_irradiances_of_sky_toml_win(amc):
     found = split(850.0, 95.0, 32.4, scene.wavebands.wavelength_nm)
     np.testing.assert_allclose(scene.irradiance.of_component[:, 0], found.direct_irradiance, rtol=1e-12)
     assert scene.irradiance.of_component.shape[1] > 2
-    toml.write_text(text + "\n[sky]\ndiffuse_irradiance = [0.25, 0.25, 0.25, 0.25]\n")
+    toml.write_text(text + "\n[sky]\ndiffuse_irradiance = [0.1, 0.1, 0.1, 0.1]\n")
     given = sky.read_scene(amc, perez=SPECTRL2)
-    np.testing.assert_allclose(given.irradiance.of_component[:, 1], 0.25, rtol=1e-12)
-    beam = 0.25 * found.direct_fraction / (1.0 - found.direct_fraction)
+    np.testing.assert_allclose(given.irradiance.of_component[:, 1], 0.1, rtol=1e-12)
+    beam = 0.1 * found.direct_fraction / (1.0 - found.direct_fraction)
     np.testing.assert_allclose(given.irradiance.of_component[:, 0], beam, rtol=1e-9)
+    toml.write_text(text + "\n[sky]\ndiffuse_irradiance = [0.1, 0.1, 0.1, 0.25]\n")
+    with pytest.raises(SceneError, match=r"beam of waveband 4 at 650 nm would have 2\.5\d .* which has 1\.5\d outside"):
+        sky.read_scene(amc, perez=SPECTRL2)

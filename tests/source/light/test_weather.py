@@ -7,8 +7,9 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.formats.weather import read_weather
+from aomc_sky.source.light.said import said_by_caller
 from aomc_sky.source.light.sun_position import sun_position
-from aomc_sky.source.light.weather import weather_of
+from aomc_sky.source.light.weather import moment_of
 from tests.support.scenes import coarse_atmosphere
 from tests.support.shared import DATA, INPUTS
 
@@ -16,6 +17,10 @@ pvlib = pytest.importorskip("pvlib")
 
 EPW = DATA / "weather" / "good" / "invented.epw"
 PLACE = {"time": "2026-06-21T09:30:00Z", "latitude_deg": 54.2, "longitude_deg": 7.9}
+
+
+def weather_of(given):
+    return moment_of(given, {}, {})
 
 
 def changed(tmp_path, old, new):
@@ -38,8 +43,9 @@ def test_the_sun_is_that_of_pvlib_at_its_height():
 
 
 def test_nothing_given_is_no_weather():
-    assert weather_of(None) is None
-    assert weather_of({"time": None, "row": None}) is None
+    assert weather_of({}) is None
+    nothing = said_by_caller(weather={"time": None, "row": None})
+    assert [(one.moment, one.names) for one in nothing] == [(None, ())]
 
 
 def test_a_night_names_the_nearest_row_with_light():
@@ -82,7 +88,8 @@ def test_rows_that_say_too_little_or_too_much(tmp_path):
 
 def test_a_scene_of_an_hour():
     table = read_weather(EPW, "epw")
-    with pytest.warns(sky.InputWarning, match=r"difcol.inp shares the photons, 0.8\d+ of them direct"):
+    broadband = r"every waveband has the broadband direct fraction 0\.605 of dni 496 and dhi 281"
+    with pytest.warns(sky.InputWarning, match=broadband):
         scene = sky.read_scene(INPUTS / "perez_sky", weather={"epw": EPW, "row": 12})
     sun, perez = scene.options["sun"], scene.options["perez"]
     position = sun_position(table.midpoint[11], table.latitude_deg, table.longitude_deg)
@@ -92,13 +99,19 @@ def test_a_scene_of_an_hour():
     assert perez["extraterrestrial_normal"] == round(float(position.extraterrestrial_normal), 6)
     assert scene.options["weather"]["row"] == 12
     assert scene.input_files["weather"] == str(EPW)
-    assert "not at 32.4 and 121.25 as in sky.toml" in scene.notes[0]
-    assert scene.notes[1] == "invented.epw, row 12: its irradiances take the place of [perez] in sky.toml"
-    by_hand = sky.read_scene(
-        INPUTS / "perez_sky",
-        perez={"dni": 496.0, "dhi": 281.0, "extraterrestrial_normal": perez["extraterrestrial_normal"]},
-        sun={"zenith_deg": sun["zenith_deg"], "azimuth_deg": sun["azimuth_deg"]},
+    light = "is not used: the light is that of dni 496 and dhi 281 W m-2 (invented.epw, row 12)"
+    assert scene.notes[2:] == (
+        "sky.toml: its sun at a zenith angle of 32.4 and an azimuth of 121.25 degrees is not used: the sun is at "
+        "29.8841 and 288.0579 (invented.epw, row 12)",
+        f"sky.toml: [perez] {light}",
+        f"difcol.inp: its direct fractions {light.replace('is', 'are', 1)}",
     )
+    with pytest.warns(sky.InputWarning, match=broadband):
+        by_hand = sky.read_scene(
+            INPUTS / "perez_sky",
+            perez={"dni": 496.0, "dhi": 281.0, "extraterrestrial_normal": perez["extraterrestrial_normal"]},
+            sun={"zenith_deg": sun["zenith_deg"], "azimuth_deg": sun["azimuth_deg"]},
+        )
     assert scene.source(seed=3).plan.sha256 == by_hand.source(seed=3).plan.sha256
 
 
@@ -110,7 +123,7 @@ def test_rays_of_a_description_come_from_the_true_sun(tmp_path):
     scene = sky.read_scene(coarse_atmosphere(tmp_path), weather=PLACE)
     zenith = scene.options["sun"]["zenith_deg"]
     assert zenith == scene.options["weather"]["true_zenith_deg"]
-    assert any(f"the sun at a zenith angle of {zenith:.4f}" in note for note in scene.notes)
+    assert any(f"is not used: the sun is at {zenith:.4f} and" in note for note in scene.notes)
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,7 @@ def test_difcol_gives_intensities_and_no_direct_fraction(amc):
     (amc.parent / "difcol.inp").write_text("4\n0.9 0.5\n0.9 1.0\n0.9 1.0\n0.9 0.25\n")
     scene = sky.read_scene(amc, iterations=1000)
     assert scene.n_photons.tolist() == [500, 1000, 1000, 250]
-    assert "difcol.inp: its direct fractions are not used, the atmosphere gives them" in scene.notes
+    assert "difcol.inp: its direct fractions are not used: the light is that of the atmosphere" in scene.notes
     plain = sky.read_scene(amc)
     np.testing.assert_array_equal(plain.components[0].strength, scene.components[0].strength)
 
@@ -95,7 +95,9 @@ def test_another_sky_that_is_asked_for_wins(amc):
     assert any("[atmosphere] is not used" in note for note in scene.notes)
     with pytest.raises(sky.InputFileError, match="E100") as caught:
         sky.read_scene(amc, sky="overcast")
-    assert 'perez={"spectrum": "spectrl2"} for a cloudless sky' in str(caught.value)  # beside [atmosphere]: no [perez]
+    assert '--spectrum spectrl2 (spectrum="spectrl2") for a cloudless sky' in str(
+        caught.value
+    )  # beside [atmosphere]: no [perez]
     pytest.importorskip("pvlib")
     assert sky.read_scene(amc, sky="overcast", perez={"spectrum": "spectrl2"}).irradiance is not None
 

@@ -77,7 +77,8 @@ def scattered():
     return made.assign_attrs(units="W m-2 nm-1 sr-1")
 
 
-AMOUNTS = {"dni": 500.0, "dhi": 100.0, "spectrum": "flat"}
+AMOUNTS = {"dni": 500.0, "dhi": 60.0}
+"""About those of the sky of `scattered`."""
 NORTH = {"sun_zenith_deg": 36.0, "sun_azimuth_deg": 89.0, "azimuth_convention": "clockwise from north"}
 
 
@@ -116,12 +117,14 @@ def test_one_field_is_one_plan_alone_in_sky_toml_and_in_python(name, tmp_path):
 )
 def test_angles_of_the_sun_that_are_asked_for_win_over_the_file_and_amc_inp(angle, tmp_path):
     """The other angle is that of the file; the field is interpolated around this sun, which is that of the beam."""
+    pytest.importorskip("pvlib")
     path = scene_folder(tmp_path, made=to_north(scattered()), scene="clear_day")
     sun = {"zenith_deg": 36.0, "azimuth_deg": 1.0} | angle
     scene = sky.read_scene(path, sun=angle, iterations=1000, perez=AMOUNTS)
     assert (scene.options["sun"]["zenith_deg"], scene.options["sun"]["azimuth_deg"]) == tuple(sun.values())
     table = sky.TabulatedSky.from_xarray(scattered(), **{f"sun_{name}": value for name, value in sun.items()})
-    np.testing.assert_array_equal(scene.components[-1].mass, table.lower([440.0, 550.0, 670.0])[0].mass)
+    mass = scene.components[-1].mass[scene.row_of_band]
+    np.testing.assert_array_equal(mass, table.lower([440.0, 550.0, 670.0])[0].mass)
 
 
 def test_with_flag_1_it_replaces_the_sky_file_and_an_option_wins_over_it(tmp_path):
@@ -130,7 +133,7 @@ def test_with_flag_1_it_replaces_the_sky_file_and_an_option_wins_over_it(tmp_pat
     assert [c.name for c in scene.components] == ["sky"]
     assert sky.read_scene(path, weighting="solid-angle").components[0].law is sky.Law.CELL_MU
     uniform = sky.read_scene(path, sky="uniform")
-    assert "sky.toml: table is not used, another sky is asked for" in uniform.notes
+    assert "sky.toml: table is not used: another sky is asked for" in uniform.notes
     assert "table" not in uniform.input_files
     assert "field" not in uniform.options
 
@@ -195,14 +198,19 @@ def test_advice_of_sky_toml_names_keys(tmp_path):
 def test_a_field_that_is_dark_where_diffuse_light_is_needed(tmp_path):
     dark = VALUES.copy()
     dark[1] = 0.0
-    with pytest.raises(sky.SceneError, match=r"field.nc is dark at 460 nm, but 0\.\d+ of the light there is diffuse"):
+    with pytest.raises(
+        sky.SceneError, match=r"field of sky.toml is dark at 450 nm, but 0\.2 of the light there is diff"
+    ):
         sky.read_scene(scene_folder(tmp_path, made=field(dark)))
 
 
 def test_options_that_a_field_cannot_use(tmp_path):
     path = scene_folder(tmp_path)
-    with pytest.raises(sky.UsageError, match=r"difcol.inp says how direct every waveband is, and the field"):
-        sky.read_scene(path, perez={"epsilon": 3.0, "delta": 0.2})
+    with pytest.raises(sky.UsageError, match=r"--limits \(limits=\) is not used: the sky is the field of sky.toml"):
+        sky.read_scene(path, perez={"limits": "paper"})
+    scene = sky.read_scene(path, perez={"epsilon": 3.0, "delta": 0.2, "spectrum": "flat"})  # before difcol.inp
+    assert scene.components[0].strength == pytest.approx([0.667] * len(scene.components[0].strength), abs=5e-4)
+    assert any(note.startswith("difcol.inp: its direct fractions are not used") for note in scene.notes)
     with pytest.raises(sky.UsageError, match="weighting 'listed' is for sky files"):
         sky.read_scene(path, weighting="listed")
     (tmp_path / "field.nc").unlink()

@@ -181,8 +181,8 @@ def test_what_the_package_writes_reads_back_without_a_question(name, tmp_path, t
 
 def test_a_second_sky_of_a_run_is_not_left_out_without_a_word(tmp_path, told):
     """88 % of the light were."""
-    grey = sky.TabulatedSky(wavelength_nm=NM, values=VALUES**0, grid=GRID, weighting="projected", radiance_unit=1.0)
-    perez = sky.PerezSky(**PEREZ, irradiance_W_m2_nm=[0.4, 0.2])
+    grey = sky.TabulatedSky(wavelength_nm=NM, values=VALUES**0 / 2, grid=GRID, weighting="projected", radiance_unit=1.0)
+    perez = sky.PerezSky(**PEREZ, irradiance_W_m2_nm=[0.2, 0.1])
     scene = sky.Scene(wavebands=NM, n_photons=1000, components=(perez, grey))
     write_netcdf(scene.source(seed=3), tmp_path / "own.nc")
     shown = told("run", tmp_path / "own.nc", "--dry-run")

@@ -149,35 +149,35 @@ REFUSED = {
         ({"perez": {"dni": "850", "dhi": 1.0}}, "not a number"),
         ({"perez": {"dnii": 850.0}}, "no input 'dnii'"),
         ({"perez": {"limits": "none"}}, "limits: 'none' is not one of the known words; write"),
-        ({"perez": SPECTRL2}, "difcol.inp gives the direct fraction"),
-        ({"sun": {"zenith_deg": 90.0}}, "outside the range"),
+        ({"perez": SPECTRL2}, r"\(spectrum=\) is not used: the light is that of difcol.inp"),
+        ({"sun": {"zenith_deg": 90.0}}, "below 90 degrees, got 90 .options and sky.toml.; a sun that has set needs"),
+        ({"sun": {"zenith_deg": 181.0}}, "outside the range"),
         ({"sun": {"disc": 1}}, "neither true nor false"),
-        ({"weighting": "solid-angle"}, "horizontal sea surface"),
-        ({"sky": "uniform", "perez": {"epsilon": 2.0, "delta": 0.1}}, "uniform"),
+        ({"weighting": "solid-angle"}, r"--weighting \(weighting=\) is not used: the sky is a perez sky"),
+        ({"sky": "uniform", "perez": {"limits": "paper"}}, r"\(limits=\) is not used: the sky is a uniform sky"),
         ({"sky_options": {"type": 1}}, "are for a sky model of another package"),
         ({"compat": "aomc", "perez": {"dni": 1.0, "dhi": 1.0}}, "--compat aomc"),
         ({"compat": "aomc", "sky": "perez"}, "--compat aomc"),
-        ({"clear_sky": {"aod_500nm": 0.1}}, r'clear_sky\["aod_500nm"\]: difcol\.inp gives the direct fraction'),
+        ({"clear_sky": {"aod_500nm": 0.1}}, r"--aod \(clear_sky=\) is not used: the light is that of difcol"),
     ],
     "document_example": [
-        ({"sun": {"zenith_deg": 1.0}}, r'sun\["zenith_deg"\]: all light comes from skydist\.inp; write sky="perez"'),
-        ({"sky": "uniform", "sun": {"zenith_deg": 1.0}}, "all light comes from a uniform sky"),
-        ({"weather": NOON}, r"all light comes from skydist\.inp"),
+        ({"sun": {"zenith_deg": 1.0}}, r"is not used: the scene has no beam; write --sky perez .* for a beam$"),
+        ({"sky": "uniform", "sun": {"zenith_deg": 1.0}, "diffuse_only": True}, "not used: the scene has no beam"),
+        ({"weather": NOON}, r"\(longitude_deg=\) are not used: the scene has no beam; write --sky perez"),
     ],
     "sparse_sky": [
         ({"compat": "aomc", "bins": "equal"}, "aomc"), ({"bins": "radians"}, "bins"),
         ({"weighting": "aomc"}, "weighting"),
-        ({"sky": "uniform", "weighting": "aomc"}, "a sky model has 'projected' or 'solid-angle'"),
+        ({"sky": "uniform", "weighting": "aomc"}, "a uniform sky has 'projected' or 'solid-angle'"),
         ({"bins": "degrees", "azimuth_bins": "n"}, "bins"), ({"wavebands": [0]}, "waveband 0"),
     ],
-    "clear_day": [({"sky": "perez", "perez": {"dni": 850.0, "dhi": 95.0, **SPECTRL2}}, "all light is diffuse")],
     "atmosphere_sky": [
-        ({"perez": SPECTRL2}, "not used with"),
-        ({"perez": {"dni": 800.0, "dhi": 90.0}}, "says how bright sun and sky are; write sky="),
-        ({"weighting": "solid-angle"}, "solid-angle"),
+        ({"perez": SPECTRL2}, r"\(spectrum=\) is not used: the light is that of the atmosphere of sky.toml"),
+        ({"perez": {"dni": 800.0, "dhi": 90.0}}, "are not used: the light is that of the atmosphere .* --sky pe"),
+        ({"weighting": "solid-angle"}, r"\(weighting=\) is not used: the sky is the atmosphere of sky.toml"),
     ],
-    "sun_and_sky": [({"compat": "aomc", "perez": SPECTRL2}, "does not use perez")],
-    "beam_only": [({"diffuse_only": True}, r"difcol[.]inp., and diffuse_only=True leaves")],
+    "sun_and_sky": [({"compat": "aomc", "perez": SPECTRL2}, r"does not use --spectrum \(spectrum=\)")],
+    "beam_only": [({"diffuse_only": True}, r"difcol[.]inp., and --diffuse-only \(diffuse_only=True\) leaves")],
 }  # fmt: skip
 """Scene of inputs/ -> what it cannot use, and what is said."""
 
@@ -193,12 +193,39 @@ def test_what_a_scene_cannot_use(name, options, message):
 
 
 @pytest.mark.parametrize("options", [{"bins": "degrees"}, {"azimuth_bins": "n"}])
-def test_words_on_skydist_are_accepted_where_a_model_is_the_sky(options):
-    scene, plain = (sky.read_scene(INPUTS / "perez_sky", **o) for o in (options, {}))
-    assert scene.source().plan == plain.source().plan
-    ((name, value),) = options.items()
-    note = f"--{name.replace('_', '-')} {value} is not used: it says how to read skydist.inp, and this scene has none"
-    assert [n for n in scene.notes if n not in plain.notes] == [note]
+@pytest.mark.parametrize("name", ["perez_sky", "atmosphere_sky", "night_sky"])
+def test_words_on_skydist_are_refused_where_there_is_none(name, options):
+    if name == "night_sky":
+        pytest.importorskip("h5py")
+    (word,) = options
+    skies = {"perez_sky": "a perez sky", "atmosphere_sky": "the atmosphere", "night_sky": "the backgrounds"}
+    said = rf"--{word.replace('_', '-')} \({word}=\) is not used: the sky is {skies[name]}"
+    with pytest.raises(sky.UsageError, match=said):
+        sky.read_scene(INPUTS / name, **options)
+
+
+def test_a_caller_comes_before_difcol():
+    light = {"perez": {"epsilon": 2.0, "delta": 0.1}, "sky": "uniform"}
+    with pytest.warns(sky.InputWarning, match="every waveband has the broadband direct fraction 0.501 of epsilon 2"):
+        scene = sky.read_scene(INPUTS / "perez_sky", **light)
+    assert scene.components[0].strength == pytest.approx([0.500815], abs=1e-6)
+    assert any(note.startswith("difcol.inp: its direct fractions are not used") for note in scene.notes)
+
+
+def test_with_flag_1_a_sky_that_is_asked_for_has_the_beam_of_the_irradiances():
+    pytest.importorskip("pvlib")
+    light = {"dni": 850.0, "dhi": 95.0}
+    scene = sky.read_scene(INPUTS / "clear_day", sky="perez", perez=light | SPECTRL2)
+    assert [c.name for c in scene.components] == ["direct", "perez"]
+    sun = {f"sun_{name}": scene.options["sun"][name] for name in ("zenith_deg", "azimuth_deg")}
+    expected = sky.weather_scene(wavebands=scene.wavebands, **light, **SPECTRL2, **sun)
+    np.testing.assert_allclose(scene.irradiance.of_component, expected.irradiance.of_component, rtol=1e-12)
+
+
+def test_with_flag_1_a_sun_without_a_beam_is_warned_of():
+    with pytest.warns(sky.InputWarning, match="the direct beam of the sun is missing: nothing says how bright it is"):
+        scene = sky.read_scene(INPUTS / "document_example", sky="uniform", sun={"zenith_deg": 1.0})
+    assert scene.notes == ("all light comes from a uniform sky, which replaces skydist.inp",)
 
 
 def test_compat_refuses_other_sampling():

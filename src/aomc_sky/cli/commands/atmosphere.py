@@ -148,9 +148,9 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
     from aomc_sky.formats.sky_toml.keys import GLOW_KEY
     from aomc_sky.formats.sky_toml.sections import moon_direction
     from aomc_sky.outputs.tables.atmosphere import Saves
-    from aomc_sky.source.light.inputs import given_lights
+    from aomc_sky.source.light.said import checked_lights
 
-    lights = given_lights(cli_options.inputs_of(arguments, LIGHTS))
+    lights = checked_lights(cli_options.inputs_of(arguments, LIGHTS))
     return TableRequest(
         path=arguments.path,
         sun_zenith_deg=arguments.sun_zenith,

@@ -14,20 +14,21 @@ from aomc_sky.cli import options as cli_options
 from aomc_sky.cli import values
 from aomc_sky.cli.terminal import report_text
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
-from aomc_sky.inputs import INPUTS, MODEL, PEREZ, SUN
+from aomc_sky.inputs import INPUTS, MODEL, PEREZ, SUN, WEATHER_FILES
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
     from aomc_sky.skies.perez.sky import PerezSky
-    from aomc_sky.source.light.inputs import LightInputs
+    from aomc_sky.source.light.place import Sun
+    from aomc_sky.source.light.said import Speakers
     from aomc_sky.source.scene import Scene
 
 _EPILOG = """\
 examples:
   aomc-sky perez --sun-zenith 40 --dni 850 --dhi 95
   aomc-sky perez --time 2026-06-21T09:30:00Z --latitude 54.2 --longitude 7.9 --dni 850 --dhi 95
-  aomc-sky perez --epw site.epw --row 4000 --plot sky.png --write-skydist skydist.inp
-  aomc-sky perez --epw site.epw --row 4000 --iterations 1e6 --out sky     its photons, as `run` writes them
+  aomc-sky perez --weather site.epw --row 4000 --plot sky.png --write-skydist skydist.inp
+  aomc-sky perez --weather site.epw --row 4000 --iterations 1e6 --out sky     its photons, as `run` writes them
 """
 
 _OPTIONS = """\
@@ -67,7 +68,9 @@ def add_options(parser: Parser) -> None:
     defaults = {"bins": [45, 180], "wavelength": 550.0, "iterations": 10**6}
     cli_options.add_table(parser, _OPTIONS, {"iterations": values.photon_total}, **defaults)
     cli_options.add_table(parser, _PHOTON_OPTIONS)
-    parser.show_first("dni dhi sun-zenith time latitude longitude epw row out iterations seed write-skydist plot json")
+    parser.show_first(
+        "dni dhi sun-zenith time latitude longitude weather row out iterations seed write-skydist plot json"
+    )
     parser.set_defaults(handler=perez, resumes=True)
 
 
@@ -75,36 +78,38 @@ def perez(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.grid import PatchGrid
     from aomc_sky.progress import status_line
-    from aomc_sky.source.light.diffuse import perez_sky
-    from aomc_sky.source.light.inputs import Unsaid, Use, refuse_unused
-    from aomc_sky.source.light.sun import direct_fraction, refuse_kilowatts
+    from aomc_sky.source.light.brightness import brightness_of, direct_fraction, refuse_kilowatts
+    from aomc_sky.source.light.place import place_of
+    from aomc_sky.source.light.said import moment_said
+    from aomc_sky.source.light.skies import perez_of, perez_sky
+    from aomc_sky.source.light.unused import refuse_unused
 
     _check(arguments)
     is_shown = cli_options.is_verbose(arguments)
     with status_line("modelling the sky", enabled=is_shown):
-        given = cli_options.light_given(arguments)
-        given.refuse_set_sun()
-        sun, amounts = given.scene_sun("a perez sky"), given.amounts
-        if not amounts.has_set:
+        speakers = cli_options.said_of(arguments)
+        asked = perez_of(speakers, PatchGrid.regular(*arguments.bins))
+        sun, shape = place_of(speakers, "a perez sky"), asked.shape
+        if shape is None:
             raise UsageError(
                 "which sky? write two of --dni, --dhi and --ghi, --epsilon and --delta, or --coefficients a b c d e; a "
                 "cloudless sky is made by aomc-sky run --spectrum spectrl2"
             )
-        refuse_kilowatts(amounts, sun)
-        refuse_unused(given, Use(inputs=given, sky="perez", words="a perez sky", unsaid=Unsaid.WARNING))
-        if direct_fraction(amounts, sun) == 1.0:
-            hour = given.weather
+        refuse_kilowatts(shape, sun)
+        refuse_unused(speakers, brightness_of(speakers, asked.made_of, is_whole=False, warns=False), asked)
+        if shape.coefficients is None and direct_fraction(shape, sun) == 1.0:
+            hour = moment_said(speakers)
             what = "the diffuse irradiance" if hour is None or hour.path is None else f"{hour.where}: DHI"
             raise SceneError(f"{what} is 0, so there is no light in the sky")
-        sky, limited = perez_sky(given.perez_choices, amounts, sun, PatchGrid.regular(*arguments.bins))
-        values = _values(sky, given, limited)
+        sky, limited = perez_sky(asked.choices, shape, sun, asked.grid)
+        values = _values(sky, sun, speakers, limited)
     for path, write in ((arguments.write_skydist, _write_table), (arguments.plot, _write_picture)):
         if path is not None:
             with status_line(f"writing {Path(path).name}", enabled=is_shown):
                 write(sky, values, arguments, path)
     texts: list[Callable[[], str]] = [partial(report_text, _HEAD, dict(values))]
     if arguments.out is not None:
-        values["run"], text = _emit(_scene(given, arguments), arguments)
+        values["run"], text = _emit(_scene(speakers, arguments), arguments)
         texts += [lambda: "", text]
     cli_options.answer(arguments, lambda: values, lambda: "\n".join(text() for text in texts))
     return 0
@@ -132,7 +137,7 @@ def _check(arguments: argparse.Namespace) -> None:
         for value in values_nm:
             if not value > 0:
                 raise UsageError(f"{option} must be positive, got {value:g}")
-    weather = [file for file in (arguments.epw, arguments.tmy2, arguments.tmy3) if file is not None]
+    weather = [file for file in (getattr(arguments, name) for name in WEATHER_FILES) if file is not None]
     for option, path in (("--write-skydist", arguments.write_skydist), ("--plot", arguments.plot)):
         if path is not None:
             check_target(path, option, force=arguments.force, inputs=weather)
@@ -143,37 +148,40 @@ _HEAD = (
 )
 
 
-def _scene(given: LightInputs, arguments: argparse.Namespace) -> Scene:
+def _scene(speakers: Speakers, arguments: argparse.Namespace) -> Scene:
     """A scene of sun and sky, or of the sky alone."""
+    from aomc_sky.formats.sky_toml.keys import SPECTRL2
     from aomc_sky.grid import PatchGrid
     from aomc_sky.source.weather_scene import scene_of_weather
 
-    if arguments.with_beam and given.amounts.coefficients is not None and not given.is_cloudless:
+    if arguments.with_beam and arguments.coefficients is not None and arguments.spectrum != SPECTRL2:
         raise UsageError("coefficients do not say how bright the beam is; write two of --dni, --dhi, --ghi")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "(?!spectrum )", ModelLimitWarning)  # warnings of the sky were shown before
         return scene_of_weather(
-            given,
+            speakers,
             arguments.wavelengths or [arguments.wavelength],
             arguments.iterations,
             grid=PatchGrid.regular(*arguments.bins),
         )
 
 
-def _values(sky: PerezSky, given: LightInputs, limited: list[str]) -> dict[str, Any]:
+def _values(sky: PerezSky, sun: Sun, speakers: Speakers, limited: list[str]) -> dict[str, Any]:
     """A sky as JSON values; a value that does not follow from the inputs is None."""
     from aomc_sky.skies.perez.functions import epsilon_bin
     from aomc_sky.skies.perez.functions import limited as limits_of
+    from aomc_sky.source.light.said import moment_said
 
+    moment = moment_said(speakers)
     clearness, brightness, used = sky.clearness, sky.brightness, None
     if clearness is not None and brightness is not None:
         used = [float(value) for value in limits_of(clearness, brightness, limits=sky.limits)]
     integral = float(sky.relative_integral)
     beam = None if sky.dni is None else sky.dni * math.cos(sky.sun_zenith_rad)
     return {
-        "source": {} if given.weather is None else given.weather.source,
-        "sun_zenith_deg": given.sun.zenith_deg,
-        "sun_azimuth_deg": (given.sun.azimuth_deg or 0.0) % 360.0,
+        "source": {} if moment is None else moment.source,
+        "sun_zenith_deg": sun.zenith_deg,
+        "sun_azimuth_deg": sun.azimuth_deg % 360.0,
         "epsilon": None if clearness is None else float(clearness),
         "delta": None if brightness is None else float(brightness),
         "epsilon_used": None if used is None else used[0],

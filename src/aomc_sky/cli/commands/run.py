@@ -143,7 +143,7 @@ def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
     if not arguments.wavelengths:
         raise UsageError("a run without amc.inp needs its wavebands: --wavelengths 412 443 555")
     return scene_of_weather(
-        cli_options.light_given(arguments),
+        cli_options.said_of(arguments),
         arguments.wavelengths,
         10**6 if arguments.iterations is None else arguments.iterations,
         sky=arguments.sky,

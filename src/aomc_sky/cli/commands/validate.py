@@ -141,11 +141,10 @@ def _refusal(folder: Path, arguments: argparse.Namespace) -> None:
 
     The light of an atmosphere takes minutes and is not solved here.
     """
-    from aomc_sky.source.light.inputs import LightInputs
     from aomc_sky.source.read.files import read_scene_files
 
     reading = cli_options.reading_of(arguments)
-    if read_scene_files(folder / "amc.inp", LightInputs(), reading).atmosphere is None:
+    if read_scene_files(folder / "amc.inp", cli_options.said_of(arguments), reading).atmosphere is None:
         scene = cli_options.scene_of(arguments, str(folder))
         source = scene.source(max_memory_bytes=arguments.max_memory)
         if arguments.max_memory is not None:
@@ -174,7 +173,7 @@ def validate(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.progress import status_line
 
-    cli_options.light_given(arguments)
+    cli_options.said_of(arguments)
     readers = _readers(arguments)
     results: list[dict[str, Any]] = []
     worst = 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import datetime
 import math
 import os
@@ -371,8 +372,20 @@ KEYS: dict[str, dict[str, Rule]] = {
 }
 """Sections of sky.toml and what each key of them accepts."""
 
-RULES = {**KEYS, "model": rules_of(MODEL)}
-"""The same with the arguments of `PerezSky` that are not keys of sky.toml."""
+
+def aerosol(value: object) -> Any:
+    """A word of sky.toml, or numbers: a record or a mapping that `aomc_sky.ClearSky` checks."""
+    if isinstance(value, Mapping) or (dataclasses.is_dataclass(value) and not isinstance(value, type)):
+        return value
+    try:
+        return KEYS["clear_sky"]["aerosol"](value)
+    except BadValueError as problem:
+        problem.advice += ", or give an Aerosol(...)"
+        raise
+
+
+RULES = {**KEYS, "clear_sky": {**KEYS["clear_sky"], "aerosol": aerosol}, "model": rules_of(MODEL)}
+"""The same in Python: with arguments of `PerezSky` that are not keys of sky.toml, and an aerosol of numbers."""
 
 REPEATED = ("background",)
 """Sections that may stand any number of times, as [[section]]."""

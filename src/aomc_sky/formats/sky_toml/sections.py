@@ -61,9 +61,14 @@ class PerezSection(Section):
         return self.dni is not None or self.dhi is not None
 
     @property
+    def has_amounts(self) -> bool:
+        """Whether irradiances, or epsilon and delta, say how bright sun and sky are."""
+        return self.has_irradiances or self.epsilon is not None
+
+    @property
     def has_set(self) -> bool:
         """Whether one of the `SETS` is given."""
-        return any(value is not None for value in (self.dni, self.dhi, self.ghi, self.epsilon, self.coefficients))
+        return self.has_amounts or self.coefficients is not None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -190,7 +195,7 @@ class SkyToml:
 
     perez: PerezSection = field(default_factory=PerezSection)
     sun: SunSection = field(default_factory=SunSection)
-    clear_sky: Mapping[str, float] = field(default_factory=dict)  #: The keys that are given
+    clear_sky: Mapping[str, Any] = field(default_factory=dict)  #: The keys that are given
     sky: SkySection = field(default_factory=SkySection)
     background: tuple[BackgroundSection, ...] = ()
     atmosphere: AtmosphereSection | None = None

@@ -25,7 +25,7 @@ from aomc_sky.formats.report import nearest_text
 from aomc_sky.formats.sky_models import MakeSky, installed_skies
 from aomc_sky.formats.sky_toml.keys import KEYS, POLARISATION
 from aomc_sky.formats.sky_toml.sections import SkySection
-from aomc_sky.inputs import Entrance
+from aomc_sky.inputs import say
 from aomc_sky.skies.function_sky import FunctionSky, as_sky_model
 
 if TYPE_CHECKING:
@@ -135,9 +135,7 @@ def options_text(make: MakeSky) -> str:
     return f"its options are {', '.join([*names, *open_ended])}" if names or open_ended else "it has no options"
 
 
-def choose_plugin(
-    name: str, section: SkySection, given: Mapping[str, Any], path: str, entrance: Entrance = Entrance.OPTIONS
-) -> PluginSky:
+def choose_plugin(name: str, section: SkySection, given: Mapping[str, Any], path: str) -> PluginSky:
     """The model of this name with the options of sky.toml, and those that are `given`, which come first.
 
     Wrong names of options are errors here; the model checks their values.
@@ -153,7 +151,7 @@ def choose_plugin(
         if not make.has_option(option_name):
             message, advice = _unknown(make, option_name, tuple(make.options))
             is_of_scene = option_name == POLARISATION and make.plugin.is_ours
-            wrong.append(f"{message}; {entrance.say('write {polarisation:0.75}') if is_of_scene else advice}")
+            wrong.append(f"{message}; {say('write {polarisation:0.75}') if is_of_scene else advice}")
     options = {option.name: option.value for option in section_options.options} | dict(given)
     missing = [n for n, is_needed in make.options.items() if is_needed and n not in options]
     if missing and not problems and not wrong:
@@ -161,8 +159,7 @@ def choose_plugin(
         if section_options.model_span is None:
             by_option = " ".join(f"--sky-option {n}=..." for n in missing)
             pairs = ", ".join(f'"{n}": ...' for n in missing)
-            by_keyword = f"sky_options={{{pairs}}}"
-            wrong.append(f"{message}; write {by_option if entrance is Entrance.OPTIONS else by_keyword}")
+            wrong.append(f"{message}; write {by_option} (sky_options={{{pairs}}})")
         else:
             advice = f"add {' and '.join(f'{n} = ...' for n in missing)} below it"
             problems.append(_problem(path, section_options.model_span, "E705", message, advice))

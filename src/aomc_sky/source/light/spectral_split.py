@@ -4,20 +4,101 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.extras import optional_module
-from aomc_sky.formats.sky_toml.keys import plain_number, value_problem
-from aomc_sky.formats.sky_toml.sections import PerezSection
-from aomc_sky.source.light.sun import Sun, irradiances
+from aomc_sky.formats.report import BadValueError
+from aomc_sky.formats.sky_toml.keys import RULES, Rule, number, plain_number
+from aomc_sky.inputs import MOMENT
+from aomc_sky.source.light.place import Sun
 
 SHORTEST_NM, LONGEST_NM = 300.0, 4000.0
 """The wavelengths of SPCTRL2."""
+
+_OF_AEROSOL: dict[str, Rule] = {
+    "angstrom_exponent": number(-0.5, 3.0),
+    "albedo_400nm": number(0.0, 1.0),
+    "albedo_variation": number(0.0, 1.0),
+    "asymmetry": number(0.0, 0.95),  # SPCTRL2 takes the logarithm of 1 less this
+}
+
+
+def _good(name: str, rule: Rule, value: object) -> Any:
+    """The value of a field in the form of its rule."""
+    try:
+        return rule(plain_number(value))
+    except BadValueError as problem:
+        raise UsageError(f"{name}: {problem.message}; {problem.advice}") from None
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Aerosol:
+    """What an aerosol does to light, for `ClearSky`.
+
+    Its optical depth follows the law of Angstrom, that at 500 nm times (wavelength / 500 nm) to the power
+    ``-angstrom_exponent``. Of the light that it takes away it scatters the share ``albedo_400nm * exp(-albedo_variation
+    * ln(wavelength / 400 nm)**2)``.
+
+    Parameters
+    ----------
+    angstrom_exponent : float
+        Exponent of Angstrom. [-0.5 to 3; near 0 for large particles]
+    albedo_400nm : float
+        Single scattering albedo at 400 nm. [0 to 1]
+    albedo_variation : float
+        How fast the albedo falls on both sides of 400 nm. [0 to 1; 0 is the same albedo at all wavelengths]
+    asymmetry : float
+        Mean cosine of the scattering angle, at all wavelengths. [0 to 0.95]
+
+    Notes
+    -----
+    The two words of `ClearSky` stand for
+
+    ========  =================  ============  ================  =========
+    word      angstrom_exponent  albedo_400nm  albedo_variation  asymmetry
+    ========  =================  ============  ================  =========
+    rural                  1.14         0.945             0.095       0.65
+    maritime                0.3          0.98                 0       0.75
+    ========  =================  ============  ================  =========
+
+    Examples
+    --------
+    >>> dust = sky.Aerosol(angstrom_exponent=0.1, albedo_400nm=0.92, asymmetry=0.75)
+    >>> print(sky.ClearSky(aod_500nm=0.4, aerosol=dust, pressure_hPa=1005))
+    aerosol (exponent 0.1, albedo 0.92, asymmetry 0.75) 0.4 at 500 nm, 1.4 cm of water, 0.3 atm cm of ozone, 1005 hPa
+    """
+
+    angstrom_exponent: float
+    albedo_400nm: float
+    albedo_variation: float = 0.0
+    asymmetry: float
+
+    def __post_init__(self) -> None:
+        for name, rule in _OF_AEROSOL.items():
+            object.__setattr__(self, name, _good(name, rule, getattr(self, name)))
+
+    def __str__(self) -> str:
+        """The aerosol for a person."""
+        variation = f" at 400 nm, its variation {self.albedo_variation:g}" if self.albedo_variation else ""
+        return (
+            f"exponent {self.angstrom_exponent:g}, albedo {self.albedo_400nm:g}{variation}, "
+            f"asymmetry {self.asymmetry:g}"
+        )
+
+
+RURAL = "rural"
+AEROSOLS = {
+    RURAL: Aerosol(angstrom_exponent=1.14, albedo_400nm=0.945, albedo_variation=0.095, asymmetry=0.65),
+    "maritime": Aerosol(angstrom_exponent=0.3, albedo_400nm=0.98, asymmetry=0.75),
+}
+"""The aerosol of each word: that of SPCTRL2 (Bird and Riordan 1986), and sea salt: large, and it hardly absorbs."""
+
+SEA_LEVEL_HPA = 1013.25
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -25,7 +106,7 @@ class ClearSky:
     """The air of a cloudless sky, for ``spectrum="spectrl2"`` without irradiances.
 
     The light of each waveband is that of SPCTRL2 (Bird and Riordan 1986, as pvlib has it) above a surface of albedo
-    0.06, with an aerosol of Angstrom exponent 1.14. With a date the sun has its distance of that day.
+    0.06. With a date the sun has its distance of that day.
 
     Parameters
     ----------
@@ -35,8 +116,19 @@ class ClearSky:
         Precipitable water. [cm, 0 to 20]
     ozone_cm : float
         Column of ozone. [atm cm, 0 to 2; 0.3 is 300 Dobson units]
-    pressure_hPa : float
-        Pressure at the surface. [hPa, 100 to 1200]
+    pressure_hPa : float, optional
+        Pressure at the surface. [hPa, 100 to 1200] By default that of the altitude: 1013.25 at the sea.
+    aerosol : str or Aerosol
+        "rural", the default: the aerosol of SPCTRL2, with the Angstrom exponent 1.14. "maritime": that of the sea,
+        with the exponent 0.3. Or the numbers of another one.
+
+    Notes
+    -----
+    Accuracy, against multiple scattering by PythonicDISORT through the same air, 412 to 670 nm, depths of the aerosol
+    to 0.3: for suns to 70 degrees from the zenith direct light is within 0.5 %. Diffuse light is 15 % too low to 1 %
+    too high (rural), or 16 to 0 % too low (maritime), most at 412 nm; all light is 12 % too low at most. At 80 degrees
+    direct light is up to 11 % too high, diffuse light 13 % too low to 1 % too high. In the air of the sea "rural" gives
+    diffuse light that is 20 to 26 % too low at 670 nm.
 
     Examples
     --------
@@ -45,34 +137,70 @@ class ClearSky:
     ...     sun_zenith_deg=40.0,
     ...     sky="harrison-coombes",
     ...     spectrum="spectrl2",
-    ...     clear_sky=sky.ClearSky(aod_500nm=0.05),
+    ...     clear_sky=sky.ClearSky(aod_500nm=0.05, aerosol="maritime"),
     ... )
     >>> print(scene.irradiance.of_component.sum(axis=1).round(2))
-    [1.23 1.29]
+    [1.24 1.3 ]
     """
 
     aod_500nm: float = 0.1
     water_cm: float = 1.4
     ozone_cm: float = 0.3
-    pressure_hPa: float = 1013.25  # noqa: N815 - the unit is written so
+    pressure_hPa: float | None = None  # noqa: N815 - the unit is written so
+    aerosol: str | Aerosol = RURAL
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            value = plain_number(getattr(self, field.name))
-            _, message, advice = value_problem("clear_sky", field.name, value)
-            if message:
-                raise UsageError(f"{field.name}: {message}; {advice}")
-            object.__setattr__(self, field.name, value)
+            value = getattr(self, field.name)
+            if value is not None or field.name != "pressure_hPa":
+                object.__setattr__(self, field.name, _good(field.name, RULES["clear_sky"][field.name], value))
+        if isinstance(self.aerosol, Mapping):  # a record that became a mapping on its way
+            object.__setattr__(self, "aerosol", _aerosol_of(self.aerosol))
+        elif not isinstance(self.aerosol, (str, Aerosol)):
+            raise UsageError(f"aerosol must be a word or an Aerosol(...), got {self.aerosol!r}")
 
     def __str__(self) -> str:
         """The air for a person."""
+        aerosol = f"{self.aerosol} aerosol" if isinstance(self.aerosol, str) else f"aerosol ({self.aerosol})"
+        pressure = "the pressure of the altitude" if self.pressure_hPa is None else f"{self.pressure_hPa:g} hPa"
         return (
-            f"aerosol {self.aod_500nm:g} at 500 nm, {self.water_cm:g} cm of water, {self.ozone_cm:g} atm cm of ozone, "
-            f"{self.pressure_hPa:g} hPa"
+            f"{'aerosol' if self.aerosol == RURAL else aerosol} {self.aod_500nm:g} at 500 nm, "
+            f"{self.water_cm:g} cm of water, {self.ozone_cm:g} atm cm of ozone, {pressure}"
         )
 
+    def at(self, altitude_m: float) -> ClearSky:
+        """Fill in the pressure of an altitude, that of the standard atmosphere, unless a pressure is given.
 
-REFERENCE = ClearSky(aod_500nm=0.084, water_cm=1.416, ozone_cm=0.344)
+        Parameters
+        ----------
+        altitude_m : float
+            Height of the surface above the sea. [m, -500 to 9000]
+
+        Returns
+        -------
+        ClearSky
+            The same air with a pressure, to 0.01 hPa. [1013.25 at 0 m, 701.09 at 3000 m]
+        """
+        row = MOMENT["altitude_m"]
+        altitude_m = _good(row.name, number(row.low, row.high), altitude_m)
+        if self.pressure_hPa is not None:
+            return self
+        if altitude_m == 0:
+            return replace(self, pressure_hPa=SEA_LEVEL_HPA)
+        pascal = float(optional_module("pvlib", extra="weather").atmosphere.alt2pres(altitude_m))
+        return replace(self, pressure_hPa=round(pascal / 100.0, 2))
+
+
+def _aerosol_of(numbers: Mapping[str, Any]) -> Aerosol:
+    if unknown := [str(name) for name in numbers if name not in _OF_AEROSOL]:
+        raise UsageError(f"aerosol has no input {unknown[0]!r}; the inputs are {', '.join(_OF_AEROSOL)}")
+    try:
+        return Aerosol(**numbers)
+    except TypeError:
+        raise UsageError("aerosol: angstrom_exponent, albedo_400nm and asymmetry are needed") from None
+
+
+REFERENCE = ClearSky(aod_500nm=0.084, water_cm=1.416, ozone_cm=0.344, pressure_hPa=SEA_LEVEL_HPA)
 """The air of the reference spectrum ASTM G173."""
 LARGEST_TURBIDITY = 0.5
 """Above this it is rather cloud than aerosol."""
@@ -113,9 +241,12 @@ class SpectralSplit:
 
     def as_options(self) -> dict[str, Any]:
         """JSON values for a manifest."""
+        aerosol = self.air.aerosol
+        named = {} if aerosol == RURAL else {"aerosol": aerosol if isinstance(aerosol, str) else asdict(aerosol)}
         return {
             "model": "spectrl2",
             "turbidity_500nm": self.turbidity,
+            **named,
             "cloud_share": self.cloud,
             "precipitable_water_cm": self.air.water_cm,
             "ozone_atm_cm": self.air.ozone_cm,
@@ -126,7 +257,11 @@ class SpectralSplit:
 
 
 def cloudless_split(air: ClearSky, sun: Sun, wavelength_nm: np.ndarray) -> SpectralSplit:
-    """The light of each waveband under a cloudless sky; without a date at the sun's mean distance."""
+    """The light of each waveband under a cloudless sky; without a date at the sun's mean distance.
+
+    An air without a pressure is at the sea.
+    """
+    air = air.at(0.0)
     _refuse_outside(wavelength_nm)
     if sun.zenith_deg > LOW_SUN_DEG:
         warnings.warn(
@@ -144,8 +279,8 @@ def cloudless_split(air: ClearSky, sun: Sun, wavelength_nm: np.ndarray) -> Spect
     return _rounded(direct, np.interp(wavelength_nm, grid_nm, diffuse), **more)
 
 
-def spectral_split(amounts: PerezSection, sun: Sun, wavelength_nm: np.ndarray) -> SpectralSplit:
-    """Split the light of each waveband by spectra whose integrals are the irradiances that are given.
+def spectral_split(dni: float, dhi: float, sun: Sun, wavelength_nm: np.ndarray) -> SpectralSplit:
+    """Split the light of each waveband by spectra whose integrals are these irradiances, of which one is positive.
 
     More diffuse light than turbidity 0.5 has is that of cloud. With r the ratio of dni and dhi, and r_05 that of
     turbidity 0.5, its share of the diffuse light is 1 - r / r_05.
@@ -153,9 +288,6 @@ def spectral_split(amounts: PerezSection, sun: Sun, wavelength_nm: np.ndarray) -
     Warns if a sky of turbidity 0 has more diffuse light than the inputs.
     """
     _refuse_outside(wavelength_nm)
-    dni, dhi = irradiances(amounts, sun)
-    if dni + dhi == 0:
-        raise SceneError(f"spectrum 'spectrl2' scales spectra to dni and dhi, but {amounts} leave no light at all")
     spectra = _spectra(sun.zenith_deg, REFERENCE)
     turbidity, cloud = _turbidity_and_cloud(spectra, dni, dhi)
     grid_nm, normal, diffuse = spectra(turbidity)
@@ -200,6 +332,8 @@ def _spectra(sun_zenith_deg: float, air: ClearSky) -> Spectra:
     pvlib = optional_module("pvlib", extra="weather")
     day_factor = float(pvlib.irradiance.get_extra_radiation(_ANY_DAY, solar_constant=1.0, method="spencer"))
     zenith = np.array([sun_zenith_deg])
+    aerosol = AEROSOLS[air.aerosol] if isinstance(air.aerosol, str) else air.aerosol
+    assert air.pressure_hPa is not None, "filled in by `ClearSky.at`"
     fixed = {
         "apparent_zenith": zenith,
         "aoi": zenith,
@@ -209,6 +343,10 @@ def _spectra(sun_zenith_deg: float, air: ClearSky) -> Spectra:
         "precipitable_water": air.water_cm,
         "ozone": air.ozone_cm,
         "dayofyear": _ANY_DAY,
+        "alpha": aerosol.angstrom_exponent,
+        "scattering_albedo_400nm": aerosol.albedo_400nm,
+        "wavelength_variation_factor": aerosol.albedo_variation,
+        "aerosol_asymmetry_factor": aerosol.asymmetry,
     }
 
     air_mass_of_sun = float(relative_air_mass(math.radians(sun_zenith_deg)))

@@ -12,16 +12,15 @@ import numpy as np
 
 from aomc_sky.errors import InputWarning, SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import COEFFICIENT_NAMES
-from aomc_sky.inputs import MOMENT, Entrance
+from aomc_sky.formats.sky_toml.sections import PerezSection, SunSection
+from aomc_sky.inputs import AMOUNTS, MOMENT, WEATHER_FILES, listed, say
 from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
 
 if TYPE_CHECKING:
     from aomc_sky.formats.weather import WeatherTable
     from aomc_sky.source.light.sun_position import SunPosition
 
-WEATHER_FILES = ("epw", "tmy2", "tmy3")
-_PLACE = ("latitude_deg", "longitude_deg", "altitude_m")
-_AMOUNTS = ("dni", "dhi", "ghi", "epsilon", "delta", *COEFFICIENT_NAMES)
+_PLACE = ("latitude_deg", "longitude_deg")
 
 ANGLE_DECIMALS = 9
 """Decimals of the sun's angles in degrees, so that the last bit of a library's sine does not change the run."""
@@ -29,7 +28,7 @@ IRRADIANCE_DECIMALS = 6
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Weather:
+class Moment:
     """The sun of one moment, and the irradiances of its hour where a file has them."""
 
     sun_zenith_deg: float  #: as it is seen, with refraction [0 to 180]
@@ -41,6 +40,16 @@ class Weather:
     irradiances: dict[str, float] = field(default_factory=dict)  #: dni and dhi of the hour of a file [W m-2]
     path: str | None = None  #: of the weather file
     names: tuple[str, ...] = ()  #: the inputs of `MOMENT` that were given
+
+    @property
+    def sun(self) -> SunSection:
+        """Where the sun is."""
+        return SunSection(zenith_deg=self.sun_zenith_deg, azimuth_deg=self.sun_azimuth_deg, origin=self.origin)
+
+    @property
+    def perez(self) -> PerezSection:
+        """The irradiances of the hour of a file."""
+        return PerezSection(dni=self.irradiances.get("dni"), dhi=self.irradiances.get("dhi"), origin=self.origin)
 
     @property
     def where(self) -> str:
@@ -62,52 +71,43 @@ class Weather:
             )
 
 
-def weather_of(
-    given: Mapping[str, Any] | None,
-    entrance: Entrance = Entrance.OPTIONS,
-    perez: Mapping[str, Any] | None = None,
-    sun: Mapping[str, Any] | None = None,
-) -> Weather | None:
-    """The weather of a caller, with the keys of `MOMENT`; a value None is left out.
+def moment_of(given: Mapping[str, Any], perez: Mapping[str, Any], sun: Mapping[str, Any]) -> Moment | None:
+    """The moment of a caller who says it by keys of `MOMENT`; None without a time and a weather file.
 
-    Other inputs of the same quantities are refused: angles of the `sun`, and beside a file those of the `perez` sky.
+    Two answers to one question are refused: angles of the `sun`, and beside a file amounts of the `perez` sky.
     """
-    values = {name: value for name, value in (given or {}).items() if value is not None}
-    perez = {name: value for name, value in (perez or {}).items() if value is not None}
-    for name in values:
+    for name in given:
         if name not in MOMENT:
             raise UsageError(f"weather has no input {name!r}; the inputs are {', '.join(MOMENT)}")
-    others = [name for name in ("zenith_deg", "azimuth_deg") if (sun or {}).get(name) is not None]
-    place = [name for name in _PLACE if name in values]
-    kinds = [kind for kind in WEATHER_FILES if kind in values]
-
-    say, listed = entrance.say, entrance.listed
+    others = [name for name in ("zenith_deg", "azimuth_deg") if name in sun]
+    place, kinds = ([name for name in names if name in given] for names in (_PLACE, WEATHER_FILES))
     if len(kinds) > 1:
         raise UsageError(f"{listed(kinds)}: take one weather file")
     if kinds:
-        named = ["coefficients" if name in COEFFICIENT_NAMES else name for name in _AMOUNTS if name in perez]
-        others += [*named, *["time"] * ("time" in values), *place]
+        others += [name for name in AMOUNTS if name in perez]
+        others += ["coefficients"] * any(name in perez for name in COEFFICIENT_NAMES)
+        others += [name for name in ("time", *_PLACE, "altitude_m") if name in given]
         if others:
             raise UsageError(f"{listed(others[:1])} contradicts {listed(kinds)}, which gives the sun and the sky")
-        if "row" not in values:
+        if "row" not in given:
             raise UsageError(f"{listed(kinds)} needs {say('{row:N}')}, one hour of the file, from 1")
-        return _weather_of_row(values[kinds[0]], kinds[0], values["row"], entrance, tuple(values))
-    if "row" in values:
-        raise UsageError(say("{row} needs a weather file: {epw}, {tmy2} or {tmy3}"))
-    if "time" not in values:
+        return _moment_of_row(given[kinds[0]], kinds[0].removeprefix("weather"), given["row"], (kinds[0], "row"))
+    if "row" in given:
+        raise UsageError(say("{row} needs {weather:FILE}"))
+    if "time" not in given:
         if place:
             raise UsageError(f"{listed(place[:1])} needs {say('{time}')}")
         return None
     if others:
         raise UsageError(say("{time} says where the sun is; leave out {zenith_deg} and {azimuth_deg}"))
-    if not {"latitude_deg", "longitude_deg"} <= set(values):
+    if not {"latitude_deg", "longitude_deg"} <= set(given):
         raise UsageError(say("{time} needs {latitude_deg} and {longitude_deg}"))
-    return _weather_of_time(**values, names=tuple(values))
+    return _moment_of_time(**given, names=tuple(given))
 
 
-def _weather_of_time(
+def _moment_of_time(
     time: Any, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0, *, names: tuple[str, ...]
-) -> Weather:
+) -> Moment:
     from aomc_sky.source.light.sun_position import sun_position, utc
 
     moment = utc(time)
@@ -118,13 +118,13 @@ def _weather_of_time(
     source = {"time": text, "latitude_deg": latitude_deg, "longitude_deg": longitude_deg}
     if altitude_m:
         source["altitude_m"], place = altitude_m, f"{place}, altitude {altitude_m:g} m"
-    return _weather(position, f"{text}, {place}", source, names=names)
+    return _moment(position, f"{text}, {place}", source, names=names)
 
 
-def _weather(position: SunPosition, origin: str, source: dict[str, Any], **others: Any) -> Weather:
+def _moment(position: SunPosition, origin: str, source: dict[str, Any], **others: Any) -> Moment:
     angles = ("apparent_zenith_deg", "zenith_deg", "azimuth_deg")
     seen, true, azimuth = (round(float(getattr(position, name)), ANGLE_DECIMALS) for name in angles)
-    return Weather(
+    return Moment(
         sun_zenith_deg=seen,
         true_zenith_deg=true,
         sun_azimuth_deg=azimuth % 360.0,
@@ -135,7 +135,7 @@ def _weather(position: SunPosition, origin: str, source: dict[str, Any], **other
     )
 
 
-def _weather_of_row(path: str | Path, kind: str, row: int, entrance: Entrance, names: tuple[str, ...]) -> Weather:
+def _moment_of_row(path: str | Path, kind: str, row: int, names: tuple[str, ...]) -> Moment:
     """One hour of a file, its sun at the middle; the row counts from 1."""
     from aomc_sky.formats.weather import HOUR, read_weather
     from aomc_sky.source.light.sun_position import sun_position
@@ -144,7 +144,7 @@ def _weather_of_row(path: str | Path, kind: str, row: int, entrance: Entrance, n
     k = as_index(row, "a row") - 1
     table = read_weather(path, kind, row=k)
     if not 0 <= k < table.line.size:
-        word = entrance.say(f"{{row:{k + 1}}}")
+        word = say(f"{{row:{k + 1}}}")
         raise UsageError(f"{word} does not exist; {table.path} has rows 1 to {table.line.size}")
     where = f"{table.path}:{table.line[k]}"
     position = sun_position(table.midpoint[k], table.latitude_deg, table.longitude_deg)
@@ -163,10 +163,10 @@ def _weather_of_row(path: str | Path, kind: str, row: int, entrance: Entrance, n
         "hour": [str(np.datetime_as_string(t, timezone="UTC")) for t in (table.start[k], table.start[k] + HOUR)],
         "sun_at": str(np.datetime_as_string(table.midpoint[k], timezone="UTC")),
     }
-    weather = _weather(position, f"{Path(table.path).name}, row {k + 1}", source, path=table.path, names=names)
-    dni, dhi = hour_irradiances(table, k, weather.sun_zenith_deg, weather.extraterrestrial_normal)
-    weather.irradiances.update(dni=dni, dhi=dhi)
-    return weather
+    moment = _moment(position, f"{Path(table.path).name}, row {k + 1}", source, path=table.path, names=names)
+    dni, dhi = hour_irradiances(table, k, moment.sun_zenith_deg, moment.extraterrestrial_normal)
+    moment.irradiances.update(dni=dni, dhi=dhi)
+    return moment
 
 
 def _day_near(table: WeatherTable, k: int) -> str:

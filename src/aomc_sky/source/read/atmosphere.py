@@ -15,12 +15,16 @@ from aomc_sky.formats.sky_toml.keys import GLOW_KEY
 from aomc_sky.formats.sky_toml.sections import AtmosphereSection, moon_direction
 from aomc_sky.formats.units import AU_M
 from aomc_sky.grid import PatchGrid
+from aomc_sky.inputs import LIGHTS
 from aomc_sky.skies.atmosphere.description.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.model import AtmosphereSky
-from aomc_sky.source.light.inputs import LightInputs
-from aomc_sky.source.light.light import DIFCOL, Light
+from aomc_sky.source.light.brightness import DIFCOL
+from aomc_sky.source.light.join import Light
+from aomc_sky.source.light.place import place_of
+from aomc_sky.source.light.said import Speakers, first, moment_said, sun_said
+from aomc_sky.source.light.unused import names_said, note_of_sun, refuse_names
 from aomc_sky.wavebands import Wavebands, nearest_wavelength_index
 
 _NEAREST_AU, _FARTHEST_AU = 0.98, 1.02
@@ -53,7 +57,7 @@ def _is_earth(atmosphere: SceneAtmosphere) -> bool:
 
 
 def _with_lights(atmosphere: SceneAtmosphere, lights: Mapping[str, float]) -> SceneAtmosphere:
-    """The same; Moon and glow of the ground from the caller (`given_lights`) come first."""
+    """The same; Moon and glow of the ground from the caller (`checked_lights`) come first."""
     section = atmosphere.section
     section = dataclasses.replace(
         section,
@@ -63,16 +67,28 @@ def _with_lights(atmosphere: SceneAtmosphere, lights: Mapping[str, float]) -> Sc
     return dataclasses.replace(atmosphere, section=section)
 
 
-def atmosphere_light(inputs: LightInputs, *, bands: Wavebands, atmosphere: SceneAtmosphere) -> Light:
+_USED = (
+    "zenith_deg", "azimuth_deg", "time", "latitude_deg", "longitude_deg", "altitude_m", "disc", "disc:False",
+    "diffuse_only", "polarisation", *LIGHTS,
+)  # fmt: skip
+"""Inputs that an atmosphere uses."""
+
+
+def atmosphere_light(
+    speakers: Speakers, given: Sequence[str], *, bands: Wavebands, atmosphere: SceneAtmosphere
+) -> Light:
     """Sun and sky of an atmosphere, in absolute units; the beam has the solar disc unless someone says otherwise.
 
-    With a date the sun has its distance of that day.
+    With a date the sun has its distance of that day. `given` are further inputs of the caller.
     """
-    atmosphere = _with_lights(atmosphere, inputs.lights)
-    sun = inputs.scene_sun("an atmosphere", may_have_set=True)
-    if inputs.weather is not None:  # rays through the description's air are straight
-        sun = dataclasses.replace(sun, zenith_deg=inputs.weather.true_zenith_deg)
-    has_disc = inputs.sun.disc is not False
+    names, what = (*names_said(speakers), *given), "the atmosphere of sky.toml"
+    refuse_names(names, set(_USED), light=what, sky=what, hint=dict.fromkeys(names, "; write {sky:perez} to use it"))
+    lights = {name: value for one in speakers for name, value in one.lights.items()}
+    atmosphere, moment = _with_lights(atmosphere, lights), moment_said(speakers)
+    sun = place_of(speakers, "an atmosphere", may_have_set=True)
+    if moment is not None:  # rays through the description's air are straight
+        sun = dataclasses.replace(sun, zenith_deg=moment.true_zenith_deg)
+    is_alone, has_disc = any(one.diffuse_only for one in speakers), sun_said(speakers).disc is not False
     section, medium = atmosphere.section, atmosphere.medium
     if sun.distance_factor is not None and _is_earth(atmosphere):
         factor = sun.distance_factor * atmosphere.earth_sun_distance_au**2
@@ -90,15 +106,20 @@ def atmosphere_light(inputs: LightInputs, *, bands: Wavebands, atmosphere: Scene
         n_paths=section.paths,
         polarisation=sun.polarisation,
     )
-    beam = () if inputs.diffuse_only else tuple(sky.beam(medium.wavelength_nm))
+    beam = () if is_alone else tuple(sky.beam(medium.wavelength_nm))
     components = (*beam, *sky.lower(medium.wavelength_nm))
     rows = nearest_wavelength_index(bands.wavelength_nm, medium.wavelength_nm)
+    shares = first(one.shares for one in speakers)
     return Light(
         components=components,
         row_of_band=rows,
         sky_wavelength_nm=medium.wavelength_nm[rows],
-        intensity=None if inputs.shares is None else inputs.shares.intensity,
-        notes=(*_notes(sky, atmosphere, inputs), *sun.notes),
+        intensity=None if shares is None else shares.intensity,
+        notes=(
+            *filter(None, (note_of_sun(speakers, sun.zenith_deg),)),
+            *_notes(sky, atmosphere, is_alone=is_alone, has_date=moment is not None, has_shares=shares is not None),
+            *sun.notes,
+        ),
         options={
             "sky": "atmosphere",
             "sun": {**sun.as_options(), "disc": has_disc},
@@ -141,7 +162,9 @@ def _eclipse_options(sky: AtmosphereSky) -> dict[str, float] | None:
     }
 
 
-def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, inputs: LightInputs) -> tuple[str, ...]:
+def _notes(
+    sky: AtmosphereSky, atmosphere: SceneAtmosphere, *, is_alone: bool, has_date: bool, has_shares: bool
+) -> tuple[str, ...]:
     direct, diffuse = sky.direct_irradiance, sky.diffuse_irradiance
     total = direct + diffuse
     share = np.divide(direct, total, out=np.zeros_like(total), where=total > 0)
@@ -169,11 +192,11 @@ def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, inputs: LightInputs)
         notes.append(f"atmosphere: the ground glows with {luminance:g} cd/m2; glow known to {solved.glow_error:.1g}")
     if atmosphere.report.dropped:
         notes.append(f"atmosphere: too thin to matter, left out: {', '.join(atmosphere.report.dropped)}")
-    if inputs.diffuse_only:
+    if is_alone:
         notes.append("atmosphere: the beam is left out")
-    if inputs.weather is not None and not _is_earth(atmosphere):
+    if has_date and not _is_earth(atmosphere):
         distance = atmosphere.earth_sun_distance_au
         notes.append(f"atmosphere: its sun is {distance:g} AU away, so the date does not change its irradiance")
-    if inputs.shares is not None:
-        notes.append(f"{DIFCOL}: its direct fractions are not used, the atmosphere gives them")
+    if has_shares:
+        notes.append(f"{DIFCOL}: its direct fractions are not used: the light is that of the atmosphere")
     return tuple(notes)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,13 +16,14 @@ from aomc_sky.formats import netcdf
 from aomc_sky.formats.hdf5_storage import require_size
 from aomc_sky.formats.radiance_words import SunAngles
 from aomc_sky.formats.sky_toml.file import problem_of_key
-from aomc_sky.formats.sky_toml.sections import FieldSection, PerezSection, SunSection
+from aomc_sky.formats.sky_toml.sections import FieldSection, SunSection
 from aomc_sky.skies.field import read_field
 from aomc_sky.skies.field_choice import choose
 from aomc_sky.skies.measured import RadianceField
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
-from aomc_sky.source.light.diffuse import FIELD, Diffuse, DiffuseSky, Rows, diffuse_of, model_diffuse, patterned
-from aomc_sky.source.light.sun import Sun
+from aomc_sky.source.light.brightness import InBands
+from aomc_sky.source.light.place import Sun
+from aomc_sky.source.light.skies import FIELD, Lowered, Model, irradiance_of, patterned
 from aomc_sky.source.read.kind import TABLES
 from aomc_sky.source.read.measured import measured_sky
 from aomc_sky.source.scene import require_projected
@@ -36,34 +38,6 @@ class SkyField:
     variable: str
     sky: TabulatedSky
     sun: SunSection  #: where the file says that it is
-
-    def diffuse(self, folder: str, *, per_solid_angle: bool) -> DiffuseSky:
-        """The field as the sky of a scene, with a row for each wavelength of the field that a waveband takes."""
-        sky = self.sky
-        if per_solid_angle:
-            sky = dataclasses.replace(sky, weighting=Weighting.SOLID_ANGLE, slope=None, radiance_unit=0.0)
-
-        def rows_of(wavelength_nm: np.ndarray) -> np.ndarray:
-            rows = nearest_wavelength_index(wavelength_nm, sky.wavelength_nm)
-            sky.warn_of_distance(wavelength_nm, rows, self.section.file)
-            return rows
-
-        def lower(sun: Sun | None, rows: Rows, _: PerezSection) -> Diffuse:
-            field_rows = dataclasses.replace(rows, wavelength_nm=sky.wavelength_nm[rows.table_row])
-            components = sky.lower_rows_in_unit(rows.table_row)
-            components = patterned(sky, components, sun, field_rows.wavelength_nm, self.section.file)
-            found = diffuse_of(components, self.section.file, field_rows)
-            remarks = (f"sky field: {remark}" for remark in sky.notes(rows.band_nm))
-            notes = (self.reading, *remarks, *found.notes)
-            return dataclasses.replace(found, notes=notes, options={"field": self.as_options(folder)})
-
-        return DiffuseSky(
-            name=FIELD,
-            lower=lower,
-            table_rows=rows_of,
-            table_wavelength_nm=sky.table_wavelength_nm,
-            words="the field of sky.toml",
-        )
 
     @property
     def reading(self) -> str:
@@ -87,6 +61,61 @@ class SkyField:
             "remarks": list(self.sky.remarks),
         }
 
+    def as_sky(self, folder: str, *, per_solid_angle: bool) -> FieldSky:
+        """The field as the sky of a scene."""
+        sky = self.sky
+        if per_solid_angle:
+            sky = dataclasses.replace(sky, weighting=Weighting.SOLID_ANGLE, slope=None, radiance_unit=0.0)
+        return FieldSky(
+            sky=sky, file=self.section.file, reading=self.reading, options={"field": self.as_options(folder)}
+        )
+
+
+READ_BY = (
+    "zenith_deg", "azimuth_deg", "time", "latitude_deg", "longitude_deg", "altitude_m", "weighting"
+)  # fmt: skip
+"""Inputs that say how a field is read."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class FieldSky:
+    """A radiance field as the sky of a scene."""
+
+    sky: TabulatedSky
+    file: str
+    reading: str  #: what was read, for people
+    options: Mapping[str, Any]  #: for a manifest
+    made_of: str = "the field of sky.toml"
+    is_whole: bool = False
+    name, names = FIELD, READ_BY
+    needs_sun, has_sun = False, True
+
+    def _rows(self, wavelength_nm: np.ndarray) -> np.ndarray:
+        return nearest_wavelength_index(wavelength_nm, self.sky.wavelength_nm)
+
+    def irradiance(self, sun: Sun | None, wavelength_nm: np.ndarray) -> np.ndarray | None:
+        """Of the wavelength of the field that serves each waveband."""
+        rows = self._rows(wavelength_nm)
+        sets, of_band = np.unique(rows, return_inverse=True)
+        known = irradiance_of(self.sky.lower_rows_in_unit(sets))
+        return None if known is None else known[of_band.ravel()]
+
+    def lower(self, sun: Sun | None, wavelength_nm: np.ndarray, light: InBands) -> Lowered:
+        """A row for each wavelength of the field that a waveband takes."""
+        rows = self._rows(wavelength_nm)
+        self.sky.warn_of_distance(wavelength_nm, rows, self.file)
+        sets, of_band = np.unique(rows, return_inverse=True)
+        components = self.sky.lower_rows_in_unit(sets)
+        components = patterned(self.sky, components, sun, self.sky.wavelength_nm[sets], self.file)
+        notes = (self.reading, *(f"sky field: {remark}" for remark in self.sky.notes(wavelength_nm)))
+        return Lowered(
+            components=components,
+            row_of_band=of_band.ravel(),
+            notes=notes,
+            options=self.options,
+            table_wavelength_nm=self.sky.table_wavelength_nm(wavelength_nm),
+        )
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MeasuredField:
@@ -96,13 +125,13 @@ class MeasuredField:
     sky: RadianceField
     sun: SunSection  #: where the file says that it is
 
-    def diffuse(self, folder: str, *, per_solid_angle: bool) -> DiffuseSky:
+    def as_sky(self, folder: str, *, per_solid_angle: bool) -> Model:
         """The measured sky as the sky of a scene."""
         if per_solid_angle:
             require_projected("solid-angle", "a measured sky")
         options = {"field": {"file": os.path.relpath(self.section.file, folder or os.curdir)}}
-        found = model_diffuse(self.sky, options=options, words="the measured sky of sky.toml")
-        return dataclasses.replace(found, name=FIELD)
+        made_of = "the measured sky of sky.toml"
+        return Model(model=self.sky, name=FIELD, made_of=made_of, options=options, names=READ_BY)
 
 
 _STOKES_KEYS = ("variable_q", "variable_u", "stokes_signs")

@@ -20,10 +20,9 @@ from aomc_sky.formats.aomc.amc import (
 )
 from aomc_sky.formats.aomc.skydist import SkyTable, read_skydist
 from aomc_sky.formats.sky_toml.sections import SkySection, SkyToml, SunSection
-from aomc_sky.inputs import Entrance
 from aomc_sky.plan.allocation import MAX_PHOTONS
-from aomc_sky.source.light.diffuse import FIELD, require_sky_name
-from aomc_sky.source.light.inputs import LightInputs
+from aomc_sky.source.light.said import Speakers, sun_said
+from aomc_sky.source.light.skies import FIELD, require_sky_name
 from aomc_sky.source.read.kind import not_a_scene
 from aomc_sky.wavebands import Wavebands
 from aomc_sky.whole_number import as_number_of
@@ -60,6 +59,16 @@ class Reading:
     sky_options: Mapping[str, Any] = field(default_factory=dict)
     allow_paths: Sequence[str | os.PathLike[str]] = ()
     max_memory_bytes: int | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The inputs that only some skies use."""
+        given = (
+            ("bins", self.bins, None),
+            ("weighting", self.weighting, None),
+            ("azimuth_bins", self.azimuth_bins, "n+1"),
+        )
+        return tuple(name for name, value, default in given if value != default)
 
     def check(self) -> None:
         """Raise for a word that is not allowed, and for one that contradicts `compat`."""
@@ -115,7 +124,7 @@ def sun_of(config: AmcConfig) -> SunSection:
     return SunSection(zenith_deg=zenith, azimuth_deg=azimuth, origin="amc.inp")
 
 
-def read_scene_files(path: str | os.PathLike[str], given: LightInputs, reading: Reading) -> SceneFiles:
+def read_scene_files(path: str | os.PathLike[str], callers: Speakers, reading: Reading) -> SceneFiles:
     """Read amc.inp, or that of a folder, and the files beside it, and report the problems of all of them together."""
     reading.check()
     amc_path = Path(path) / "amc.inp" if Path(path).is_dir() else Path(path)
@@ -144,9 +153,9 @@ def read_scene_files(path: str | os.PathLike[str], given: LightInputs, reading: 
         difcol = folder.attempt(read_difcol, folder.beside("difcol"), n_wavebands=n, lenient=lenient)
     toml_files = {}
     if toml is not None:
-        suns = given.sun.over(toml.sun), SunSection() if config is None else sun_of(config)
+        suns = sun_said(callers).over(toml.sun), SunSection() if config is None else sun_of(config)
         toml_files = folder.named_files(toml, sky, lambbot, allow_paths, suns)
-    plugin = folder.plugin(toml, sky, reading.sky_options, given.entrance)
+    plugin = folder.plugin(toml, sky, reading.sky_options)
     if config is None and (mistaken := not_a_scene(amc_path)):
         raise mistaken
     if folder.problems or config is None or lambbot is None:
@@ -234,9 +243,7 @@ class _Folder:
                 self.problems.append(problem_of_key(self.paths["sky_toml"], key, "E705", message, advice))
         return found
 
-    def plugin(
-        self, toml: SkyToml | None, sky: str | None, given: Mapping[str, Any], entrance: Entrance
-    ) -> PluginSky | None:
+    def plugin(self, toml: SkyToml | None, sky: str | None, given: Mapping[str, Any]) -> PluginSky | None:
         """The sky model of another package with its options, or None for a sky of ours."""
         if sky in OUR_SKIES or sky is None:
             if given:
@@ -248,4 +255,4 @@ class _Folder:
 
         options = {name: plain_option(name, value) for name, value in given.items()}
         section = SkySection() if toml is None else toml.sky
-        return self.attempt(choose_plugin, sky, section, options, self.paths.get("sky_toml", ""), entrance)
+        return self.attempt(choose_plugin, sky, section, options, self.paths.get("sky_toml", ""))

@@ -132,9 +132,8 @@ def not_a_scene(amc: Path) -> InputFileError | None:
     if kind is None:
         return None if _has_label(path) else refuse(path, "this is not an amc.inp", advice=_SCENES)
     default = f"write {beside}" if beside.is_file() else "name amc.inp, which says how the files beside it are used"
-    option = {".epw": "--epw", ".tmy3": "--tmy3"}.get(path.suffix.lower(), "--tmy2")
     advice = {
-        Kind.WEATHER: f"a run takes one hour of it: `aomc-sky run {option} {path} --row N --wavelengths 443 555 "
+        Kind.WEATHER: f"a run takes one hour of it: `aomc-sky run --weather {path} --row N --wavelengths 443 555 "
         "--out OUT`",
         Kind.MEASURED: "read it by sky.read_radiance_csv",
         Kind.ATMOSPHERE: f"`aomc-sky atmosphere {path} --out sky.nc` solves it; for photons name amc.inp, with "

@@ -5,9 +5,8 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,32 +15,17 @@ import numpy as np
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.aomc.amc import AmcConfig, FootprintCode
-from aomc_sky.formats.sky_toml.keys import moment_text
-from aomc_sky.formats.sky_toml.sections import BackgroundSection, PerezSection
-from aomc_sky.inputs import Entrance
+from aomc_sky.formats.sky_toml.keys import SKY_TOML, moment_text
+from aomc_sky.formats.sky_toml.sections import BackgroundSection
+from aomc_sky.inputs import listed
 from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod
 from aomc_sky.plan.options import Footprint, Order, Placement, SamplingOptions
-from aomc_sky.source.light.diffuse import (
-    FIELD,
-    DiffuseSky,
-    model_diffuse,
-    perez_diffuse,
-    plugin_diffuse,
-    uniform_diffuse,
-)
-from aomc_sky.source.light.inputs import (
-    LightInputs,
-    Unsaid,
-    Use,
-    given_inputs,
-    inputs_of_toml,
-    refuse_unused,
-    replaced_notes,
-    unused_notes,
-)
-from aomc_sky.source.light.light import DIFCOL, Light, light_of
-from aomc_sky.source.read.files import ATMOSPHERE, COMPAT_NAME, GIVEN, Reading, SceneFiles, read_scene_files, sun_of
-from aomc_sky.source.scene import Scene, require_projected
+from aomc_sky.source.light.join import Files, Light, in_absolute_units, light_of
+from aomc_sky.source.light.said import Said, Speakers, moment_said, said_by_caller, said_by_toml
+from aomc_sky.source.light.skies import Model, Named, Sky, Uniform, model_of, perez_of, with_sun_of
+from aomc_sky.source.light.unused import names_said, refuse_names
+from aomc_sky.source.read.files import COMPAT_NAME, GIVEN, Reading, SceneFiles, read_scene_files, sun_of
+from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import listed_bands, only_bands
 
 if TYPE_CHECKING:
@@ -51,8 +35,6 @@ AOMC_TABLE_PRESET = SamplingOptions(allocation=AllocationMethod.AOMC, placement=
 AOMC_INTERNAL_PRESET = SamplingOptions(
     allocation=AllocationMethod.MULTINOMIAL, placement=Placement.PHILOX, order=Order.SHUFFLED
 )
-
-_Whole = Callable[[LightInputs], Light]
 
 
 @in_default_mode
@@ -90,7 +72,7 @@ def read_scene(
         Instead of line 1 of amc.inp. [1 to 2^62]
     sky : {"perez", "uniform", "none"}, str, sky model or function, optional
         The diffuse sky of a scene with light-source flag 0, by default "perez"; with flag 1 it replaces the sky file,
-        and all light is diffuse unless irradiances ask for a beam (for the Perez sky they say its shape). "none":
+        and all light is diffuse unless something says how bright the beam is. "none":
         neither sun nor sky, the backgrounds of sky.toml are the only source. Any other name is that of a named sky such
         as "harrison-coombes", or of a model of another package (entry point group ``aomc_sky.sky_models``). A function
         is of zenith angle, azimuth and wavelength.
@@ -109,10 +91,10 @@ def read_scene(
     wavebands : sequence of int, optional
         Only these bands get photons; their photons do not depend on the others. [1-based]
     perez : mapping, optional
-        Inputs of the Perez sky, which win over sky.toml: one set of two of "dni", "dhi" and "ghi"
-        [W m-2], "epsilon" and "delta", or "a" to "e"; "spectrum" ("flat" or "spectrl2"), by which beam and sky share
-        each waveband where there is no difcol.inp, and without irradiances is that of a cloudless sky; and "limits",
-        "air_mass" and "extraterrestrial_normal" as for `weather_scene`.
+        How bright sun and sky are, and the shape of a Perez sky, before all files: one set of two of "dni", "dhi" and
+        "ghi" [W m-2], "epsilon" and "delta", or "a" to "e"; "spectrum" ("flat" or "spectrl2"), by which beam and sky
+        share each waveband, and without amounts is that of a cloudless sky; and "limits", "air_mass" and
+        "extraterrestrial_normal" as for `weather_scene`.
     sun : mapping, optional
         "zenith_deg" [0 to below 90; to 180 under an atmosphere], "azimuth_deg" [-360 to 360] and "disc", which win
         one by one over sky.toml and amc.inp.
@@ -121,8 +103,8 @@ def read_scene(
         "moon_distance_km", "ground_luminance_cd_m2" and so on.
     weather : mapping, optional
         When and where, or an hour of a weather file, instead of the angles of `sun`: "time" (ISO 8601 with its zone, or
-        a datetime), "latitude_deg" and "longitude_deg" (north and east positive), "altitude_m"; or "epw", "tmy2" or
-        "tmy3" (a path) and "row" (from 1), which says the irradiances too. Needs the extra `weather`.
+        a datetime), "latitude_deg" and "longitude_deg" (north and east positive), "altitude_m"; or "weather" (the path
+        of an EPW, TMY2 or TMY3 file) and "row" (from 1), which says the irradiances too. Needs the extra `weather`.
     within : {"exact", "uniform"}, optional
         Law of the Perez sky inside a patch: the model's own (default), or constant.
     clear_sky : ClearSky or mapping, optional
@@ -158,8 +140,7 @@ def read_scene(
     >>> print(scene.wavebands.wavelength_nm)
     [440. 550. 670.]
     """
-    given = given_inputs(
-        Entrance.MAPPINGS,
+    speakers = said_by_caller(
         perez=perez,
         sun=sun,
         within=within,
@@ -182,32 +163,23 @@ def read_scene(
         allow_paths=allow_paths,
         max_memory_bytes=max_memory_bytes,
     )
-    return scene_of_files(path, given, reading)
+    return scene_of_files(path, speakers, reading)
 
 
-def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Reading) -> Scene:
+def scene_of_files(path: str | os.PathLike[str], callers: Speakers, reading: Reading) -> Scene:
     """The scene of amc.inp and the files beside it, and of what a caller says about the light."""
-    files, compat = read_scene_files(path, given, reading), reading.compat
-    bands, (toml, amc) = files.bands, _inputs_of_files(files)
-    inputs = given.over(toml).over(amc)
-    sky, options = _sky_of(files, inputs, reading)
-    use = _use_of(files, inputs, sky, compat)
-    refuse_unused(given, use)
-    light = light_of(
-        inputs,
-        sky,
-        bands,
-        unsaid=use.unsaid,
-        path=str(Path(files.paths["amc"]).parent / DIFCOL),
-        backgrounds=files.backgrounds,
-        toml_path=files.paths.get("sky_toml", ""),
-    )
-    paths, options = files.paths, {"sky": light.options["sky"], **options, **light.options}
+    files, compat = read_scene_files(path, callers, reading), reading.compat
+    bands, moment = files.bands, moment_said(callers)
+    if compat is not None and (names := names_said(callers)):
+        raise UsageError(f"{COMPAT_NAME} does not use {listed(names)}")
+    speakers = (*callers, *_said_by_files(files))
+    light, how = _light(files, speakers, reading)
+    paths, options = files.paths, {"sky": light.options["sky"], **how, **light.options}
     if files.backgrounds:
         options["backgrounds"] = _background_options(files.toml.background, files.folder)
-    if given.weather is not None:
-        options["weather"] = given.weather.source
-        paths = paths if given.weather.path is None else {**paths, "weather": given.weather.path}
+    if moment is not None:
+        options["weather"] = moment.source
+        paths = paths if moment.path is None else {**paths, "weather": moment.path}
     n_photons, wavebands = _photons(files, light, compat), reading.wavebands
     scene = Scene(
         wavebands=bands,
@@ -219,13 +191,7 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
         preset=SamplingOptions() if not compat else AOMC_INTERNAL_PRESET if files.table is None else AOMC_TABLE_PRESET,
         footprint=_footprint(files.config),
         preset_name=COMPAT_NAME if compat else None,
-        notes=(
-            *replaced_notes(given, toml, amc, is_true=use.sky == ATMOSPHERE),
-            *light.notes,
-            *unused_notes(files.toml, use, named_sky=files.sky),
-            *(_unused_reading(reading) if files.table is None else ()),
-            *_empty_band_notes(n_photons),
-        ),
+        notes=(*light.notes, *_notes_of_other_skies(files), *_empty_band_notes(n_photons)),
         input_files=paths,
         options={**options, "compat": compat, "lenient": reading.lenient, "wavebands": listed_bands(wavebands)},
     )
@@ -234,77 +200,89 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
     return scene
 
 
-def _use_of(files: SceneFiles, inputs: LightInputs, sky: DiffuseSky | _Whole, compat: str | None) -> Use:
-    """What the scene is made of."""
-    diffuse = sky if isinstance(sky, DiffuseSky) else None
-    name = FIELD if files.sky_field is not None else str(files.sky) if diffuse is None else diffuse.name
-    is_sunless = diffuse is not None and diffuse.is_sunless
-    has_pattern = inputs.polarisation is not None and not is_sunless
-    return Use(
-        inputs=inputs,
-        sky=name,
-        words=str(sky),
-        unsaid=Unsaid.ERROR if files.is_internal else Unsaid.WHOLE,
-        is_compat=compat is not None,
-        takes_sun=name == FIELD or has_pattern or diffuse is None or diffuse.takes_sun,
-        is_sunless=is_sunless,
+def _said_by_files(files: SceneFiles) -> Speakers:
+    """What sky.toml says, a field that it names, and the files of AOMC."""
+    of_field = () if files.sky_field is None else (Said(sun=files.sky_field.sun, is_file=True),)
+    return said_by_toml(files.toml), *of_field, Said(sun=sun_of(files.config), shares=files.difcol, is_file=True)
+
+
+def _light(files: SceneFiles, speakers: Speakers, reading: Reading) -> tuple[Light, dict[str, Any]]:
+    """The light of a scene, and how its sky was read."""
+    about = Files(
+        light_source=files.config.light_source,
+        difcol_path=str(Path(files.paths["amc"]).parent / "difcol.inp"),
+        toml_path=files.paths.get("sky_toml", ""),
+        backgrounds=files.backgrounds,
     )
-
-
-def _inputs_of_files(files: SceneFiles) -> tuple[LightInputs, LightInputs]:
-    """What sky.toml says, and amc.inp with difcol.inp; beside a sky file only what asks for a beam.
-
-    The sun of a measured sky of sky.toml comes before that of amc.inp.
-    """
-    toml, sun = inputs_of_toml(files.toml), sun_of(files.config)
-    if files.table is not None:
-        toml = dataclasses.replace(toml, amounts=PerezSection())
-    if files.sky_field is not None:
-        sun = files.sky_field.sun.over(sun)
-    return toml, LightInputs(sun=sun, shares=files.difcol)
-
-
-def _sky_of(files: SceneFiles, inputs: LightInputs, reading: Reading) -> tuple[DiffuseSky | _Whole, dict[str, Any]]:
-    """The sky of a scene, or a function for sun and sky together, and how the files were read."""
-    compat, weighting = reading.compat, reading.weighting
-    if files.table is not None:
-        from aomc_sky.source.read.table import table_diffuse
-
-        how = {"bins": reading.bins, "weighting": weighting, "azimuth_bins": reading.azimuth_bins}
-        return table_diffuse(files.table, files.bands, compat=compat, **how)
+    given = reading.names if reading.compat is None else ()
     if files.sky == "none":
-        if weighting is not None:
-            raise UsageError(f"weighting {weighting!r} is of a sky, but this scene has none")
-        return partial(_no_light, files), {}
+        alone = "the backgrounds of sky.toml"
+        refuse_names((*names_said(speakers), *given), set(), light=alone, sky=alone, hint={})
+        return in_absolute_units(_no_light(files), files.bands, about), {}
     if files.atmosphere is not None:
         from aomc_sky.source.read.atmosphere import atmosphere_light
 
-        require_projected(weighting, "the sky of an atmosphere")
-        return partial(atmosphere_light, bands=files.bands, atmosphere=files.atmosphere), {"weighting": "projected"}
-    if weighting not in (None, "projected", "solid-angle", *(["aomc"] * bool(compat))):
-        raise UsageError(f"weighting {weighting!r} is for sky files; a sky model has 'projected' or 'solid-angle'")
+        light = atmosphere_light(speakers, given, bands=files.bands, atmosphere=files.atmosphere)
+        return in_absolute_units(light, files.bands, about), {"weighting": "projected"}
+    sky, how = _sky_of(files, speakers, reading)
+    if isinstance(sky, Model):
+        speakers = with_sun_of(sky, speakers)
+    return light_of(speakers, sky, files.bands, files=about, given=given), how
+
+
+def _sky_of(files: SceneFiles, speakers: Speakers, reading: Reading) -> tuple[Sky, dict[str, Any]]:
+    """The sky of a scene, and how its file was read."""
+    compat, weighting = reading.compat, reading.weighting
+    if files.table is not None:
+        from aomc_sky.source.read.table import table_of
+
+        how = {"bins": reading.bins, "weighting": weighting, "azimuth_bins": reading.azimuth_bins}
+        table = table_of(files.table, compat=compat, **how)
+        return table, dict(table.reading)
     per_solid_angle = bool(compat) or weighting == "solid-angle"
     options = {"weighting": "solid-angle" if per_solid_angle else "projected"}
+    sky: Sky
     if compat or files.sky == "uniform":
-        return uniform_diffuse(per_solid_angle=per_solid_angle), options
-    if files.sky_field is not None:
-        return files.sky_field.diffuse(files.folder, per_solid_angle=per_solid_angle), options
-    if files.plugin is not None:
-        require_projected(weighting, f"the sky model {files.plugin}")
-        return plugin_diffuse(files.plugin), options
-    if files.sky == GIVEN:
-        require_projected(weighting, "this sky")
-        return model_diffuse(reading.sky, inputs), options
-    require_projected(weighting, "the Perez sky")
-    return perez_diffuse(inputs.perez_choices, replaces_file=not files.is_internal), options
+        sky = Uniform(per_solid_angle=per_solid_angle)
+    elif files.sky_field is not None:
+        sky = files.sky_field.as_sky(files.folder, per_solid_angle=per_solid_angle)
+    elif files.plugin is not None:
+        sky = Named(plugin=files.plugin)
+    elif files.sky == GIVEN:
+        sky = model_of(reading.sky, has_pattern=any(one.polarisation is not None for one in speakers))
+    else:
+        sky = perez_of(speakers)
+    if "weighting" in sky.names and weighting not in (None, "projected", "solid-angle", *(["aomc"] * bool(compat))):
+        raise UsageError(f"weighting {weighting!r} is for sky files; {sky.made_of} has 'projected' or 'solid-angle'")
+    return sky, options
 
 
-def _no_light(files: SceneFiles, _: LightInputs) -> Light:
+def _no_light(files: SceneFiles) -> Light:
     """Neither sun nor sky."""
     if not files.backgrounds:
         raise UsageError("sky 'none' leaves no light: sky.toml beside amc.inp has no [[background]]")
-    note = "neither sun nor daylight is modelled: the backgrounds are the only source"
-    return Light(row_of_band=np.zeros(files.bands.n_bands, np.int64), notes=(note,), options={"sky": "none"})
+    toml = files.toml
+    said = {"[perez]": not toml.perez.is_empty, "[sun]": not toml.sun.is_empty, "[clear_sky]": bool(toml.clear_sky)}
+    idle = [name for name, is_said in said.items() if is_said] + ["polarisation"] * (toml.sky.polarisation is not None)
+    notes = ["neither sun nor daylight is modelled: the backgrounds are the only source"]
+    if idle:
+        are = "is" if len(idle) == 1 else "are"
+        notes.append(f"{SKY_TOML}: {' and '.join(idle)} {are} not used: the light is that of the backgrounds")
+    return Light(row_of_band=np.zeros(files.bands.n_bands, np.int64), notes=tuple(notes), options={"sky": "none"})
+
+
+def _notes_of_other_skies(files: SceneFiles) -> tuple[str, ...]:
+    """Notes on skies of sky.toml in whose place another one is asked for."""
+    toml = files.toml
+    other = {
+        f"{' and '.join(option.name for option in toml.sky.options)} of [sky]": toml.sky.options
+        and toml.sky.model != files.sky,
+        "table": toml.sky.table is not None and files.sky_field is None,
+        "[atmosphere]": toml.atmosphere is not None and files.atmosphere is None,
+    }
+    return tuple(
+        f"{SKY_TOML}: {what} is not used: another sky is asked for" for what, is_idle in other.items() if is_idle
+    )
 
 
 def _photons(files: SceneFiles, light: Light, compat: str | None) -> np.ndarray:
@@ -338,15 +316,6 @@ def _background_options(sections: Sequence[BackgroundSection], folder: str) -> l
         }
         for one in sections
     ]
-
-
-def _unused_reading(reading: Reading) -> tuple[str, ...]:
-    options = (("--bins", reading.bins, None), ("--azimuth-bins", reading.azimuth_bins, "n+1"))
-    return tuple(
-        f"{name} {value} is not used: it says how to read skydist.inp, and this scene has none"
-        for name, value, default in options
-        if value != default
-    )
 
 
 def _empty_band_notes(n_photons: np.ndarray) -> tuple[str, ...]:

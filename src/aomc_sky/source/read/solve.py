@@ -22,7 +22,7 @@ from aomc_sky.skies.atmosphere.description.medium import (
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.sky.solve import AtmosphereResult, solve
-from aomc_sky.source.light.inputs import given_lights
+from aomc_sky.source.light.said import checked_lights
 from aomc_sky.wavebands import nearest_wavelength_index
 
 _PER_WAVELENGTH = (
@@ -151,7 +151,7 @@ def direction_of_moon(moon: Mapping[str, float] | None) -> MoonDirection | None:
         return None
     if not isinstance(moon, Mapping):
         raise UsageError(f'the Moon must be a mapping such as {{"zenith_offset_deg": 0}}, got {moon!r}')
-    lights = given_lights({f"{PREFIX}{name}": value for name, value in moon.items()})
+    lights = checked_lights({f"{PREFIX}{name}": value for name, value in moon.items()})
     if not lights:
         raise UsageError(
             'the Moon has no direction; write moon={"zenith_offset_deg": 0} for a Moon in front of the sun'

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,13 +12,13 @@ from aomc_sky.directions import sin_cos_deg
 from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments
 from aomc_sky.errors import InputFileError, InputWarning, Span, UsageError
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values
-from aomc_sky.formats.sky_toml.sections import PerezSection
 from aomc_sky.formats.text_file import lines_at
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting, aomc_weight
-from aomc_sky.source.light.diffuse import Diffuse, DiffuseSky, Rows, patterned
-from aomc_sky.source.light.sun import Sun
-from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index
+from aomc_sky.source.light.brightness import InBands
+from aomc_sky.source.light.place import Sun
+from aomc_sky.source.light.skies import Lowered, patterned
+from aomc_sky.wavebands import midpoint_wavelength_index
 
 _HORIZON = 90  # degrees: the last zenith index that the AOMC program can use
 _MOST_ENTRIES = 20
@@ -26,34 +26,40 @@ _BEYOND = "as whole degrees the zenith index must not go beyond {}"
 _DEGREES_ADVICE = "without --bins degrees indices are numbers of equal bins"
 
 
-def table_diffuse(
-    table: SkyTable, bands: Wavebands, *, compat: str | None, **how: str | None
-) -> tuple[DiffuseSky, dict[str, Any]]:
-    """A sky file as the sky of a scene, and how it was read; `how` as `tabulated_sky` takes it."""
-    sky, chosen = tabulated_sky(table, compat=compat, **how)
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Table:
+    """skydist.inp as the sky of a scene."""
 
-    def rows_of(wavelength_nm: np.ndarray) -> np.ndarray:
-        rows = sky.table_index(wavelength_nm)
-        sky.warn_of_distance(wavelength_nm, rows, table.path)
-        return rows
+    table: SkyTable
+    sky: TabulatedSky
+    reading: dict[str, str | None]  #: how it was read
+    is_compat: bool
+    name, made_of, names = "table", "skydist.inp", ("bins", "azimuth_bins", "weighting")
+    needs_sun = False
+    has_sun = is_whole = True
 
-    def lower(sun: Sun | None, rows: Rows, _: PerezSection) -> Diffuse:
-        components = patterned(sky, sky.lower_rows(rows.table_row), sun, rows.wavelength_nm, "skydist.inp")
-        if compat:
-            return Diffuse(components=components)
-        is_on_degrees = chosen["bins"] == Bins.DEGREES.value
-        reading = reading_note(table, sky, components[0], bands, rows.of_band, is_on_degrees=is_on_degrees)
-        return Diffuse(components=components, notes=(reading, *_notes(table, sky)))
+    def irradiance(self, sun: Sun | None, wavelength_nm: np.ndarray) -> None:
+        """It is relative."""
 
-    found = DiffuseSky(
-        name="table",
-        lower=lower,
-        table_rows=rows_of,
-        table_wavelength_nm=sky.table_wavelength_nm,
-        is_file=True,
-        words="skydist.inp",
-    )
-    return found, dict(chosen)
+    def lower(self, sun: Sun | None, wavelength_nm: np.ndarray, light: InBands) -> Lowered:
+        """A row for each set that a waveband takes."""
+        of_band = self.sky.table_index(wavelength_nm)
+        self.sky.warn_of_distance(wavelength_nm, of_band, self.table.path)
+        sets, rows = np.unique(of_band, return_inverse=True)
+        rows, of_table = rows.ravel(), self.sky.table_wavelength_nm(wavelength_nm)
+        components = patterned(self.sky, self.sky.lower_rows(sets), sun, self.sky.wavelength_nm[sets], self.made_of)
+        if self.is_compat:
+            return Lowered(components=components, row_of_band=rows, table_wavelength_nm=of_table)
+        is_on_degrees = self.reading["bins"] == Bins.DEGREES.value
+        note = reading_note(self.table, self.sky, components[0], wavelength_nm, rows, is_on_degrees=is_on_degrees)
+        notes = (note, *_notes(self.table, self.sky))
+        return Lowered(components=components, row_of_band=rows, notes=notes, table_wavelength_nm=of_table)
+
+
+def table_of(table: SkyTable, *, compat: str | None, **how: str | None) -> Table:
+    """A sky file as the sky of a scene; `how` as `tabulated_sky` takes it."""
+    sky, reading = tabulated_sky(table, compat=compat, **how)
+    return Table(table=table, sky=sky, reading=reading, is_compat=compat is not None)
 
 
 def tabulated_sky(
@@ -189,7 +195,12 @@ READING = "skydist.inp read with"
 
 
 def reading_note(
-    table: SkyTable, sky: TabulatedSky, component: Component, bands: Wavebands, rows: np.ndarray, is_on_degrees: bool
+    table: SkyTable,
+    sky: TabulatedSky,
+    component: Component,
+    wavelength_nm: np.ndarray,
+    rows: np.ndarray,
+    is_on_degrees: bool,
 ) -> str:
     """How the file was read, and what the program launches instead in the waveband that differs most.
 
@@ -200,13 +211,13 @@ def reading_note(
     if lit.size:
         index = int(lit[:, 1].max()) + _HORIZON + 1
         return f"{read}; AOMC cannot use this file, because its zenith indices go to {index}"
-    taken = midpoint_wavelength_index(bands.wavelength_nm, table.wavelength_nm).tolist()
+    taken = midpoint_wavelength_index(wavelength_nm, table.wavelength_nm).tolist()
     ours = _moments_of_rows(component, set(rows.tolist()))
     theirs = _moments_of_program(table.radiance[:, :_HORIZON], set(taken))
     pairs = [(ours[row], theirs[other]) for row, other in zip(rows.tolist(), taken, strict=True)]
     change = [np.nan_to_num(abs(aomc.mean_mu - own.mean_mu), nan=np.inf) for own, aomc in pairs]
     band = int(np.argmax(change))
-    in_band = f" in waveband {band + 1}" if bands.n_bands > 1 else ""
+    in_band = f" in waveband {band + 1}" if wavelength_nm.size > 1 else ""
     now, then = ((f"{one.mean_mu:.4f}", f"{one.planar_over_scalar:.4f}") for one in pairs[band])
     if np.isinf(change[band]):
         theirs_said = f"AOMC would launch no photon{in_band}"

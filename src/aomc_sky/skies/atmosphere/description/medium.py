@@ -35,7 +35,7 @@ from aomc_sky.skies.atmosphere.lights import MOON_RADIUS_M, Moon
 from aomc_sky.skies.atmosphere.medium import Constituent, Medium, NumberDensity, PhaseBlock, read_phase_block
 from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.skies.atmosphere.phase_table import PhaseTable, TabulatedPhase, tabulated_phase
-from aomc_sky.skies.direct_beam import about_solar_irradiance
+from aomc_sky.skies.direct_beam import solar_irradiance
 from aomc_sky.wavebands import nearest_wavelength_index
 
 # of the vertical optical depth: what counts for less is left out
@@ -115,7 +115,7 @@ def read_medium(
 
 
 def _warn_of_too_bright_a_sun(medium: Medium, path: str) -> None:
-    ratio = medium.toa_irradiance / about_solar_irradiance(medium.wavelength_nm)
+    ratio = medium.toa_irradiance / solar_irradiance(medium.wavelength_nm)
     row = int(ratio.argmax())
     if ratio[row] > 2.0:
         nm, irradiance = medium.wavelength_nm[row], medium.toa_irradiance[row]

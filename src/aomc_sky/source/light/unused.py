@@ -1,0 +1,134 @@
+"""What is not used: of a caller an error, of a file a note, in one sentence each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from aomc_sky.errors import UsageError
+from aomc_sky.formats.sky_toml.keys import SKY_TOML
+from aomc_sky.inputs import AMOUNTS, CLEAR_SKY, LIGHTS, MODEL, READING, WEATHER_FILES, listed, say
+from aomc_sky.source.light.brightness import DIFCOL, Brightness, Broadband, Cloudless, Levelled, PerBand, Shares
+from aomc_sky.source.light.said import Said, Speakers, moment_said, sun_said
+from aomc_sky.source.light.skies import OF_IRRADIANCES, Perez, Sky
+
+_PLACE = ("zenith_deg", "azimuth_deg", "time", "latitude_deg", "longitude_deg")
+_DISC = ("disc", "disc:False")
+_LIGHT = (*AMOUNTS, *WEATHER_FILES, "row", "spectrum", *CLEAR_SKY, "altitude_m")
+_SKY = ("coefficients", *MODEL, "polarisation", *LIGHTS, *READING)
+_OTHER_SKY = "; write {sky:perez} for another sky"
+
+
+def refuse_unused(speakers: Speakers, answer: Brightness, sky: Sky, given: Iterable[str] = ()) -> None:
+    """Raise for what a caller says and the light has no use for; `given` are further inputs of his."""
+    names = (*names_said(speakers), *given)
+    used = {*answer.names, *sky.names, "diffuse_only"}
+    is_launched = answer.has_beam and not any(one.diffuse_only for one in speakers)
+    is_placed = sun_said(speakers).zenith_deg is not None and not sky.is_whole
+    is_missed = is_placed and not answer.has_beam and "diffuse_only" not in names  # a warning asks for the beam
+    if is_missed or needs_sun(speakers, answer, sky):
+        used |= {*_PLACE, *(["altitude_m"] if "time" in names else [])}
+    used |= {*(_DISC if is_launched else ()), *(["polarisation"] if sky.has_sun else [])}
+    hint = _hint(sky) | (dict.fromkeys((*_PLACE, *_DISC), "; leave it out") if "diffuse_only" in names else {})
+    shape = f" of {sky.shape.text}" if isinstance(sky, Perez) and sky.shape is not None else ""
+    refuse_names(names, used, light=str(answer), sky=f"{sky.made_of}{shape}", hint=hint)
+
+
+def needs_sun(speakers: Speakers, answer: Brightness, sky: Sky) -> bool:
+    """Whether the beam, the amounts, the law of the sky or the pattern of its polarisation depends on the sun."""
+    has_pattern = sky.has_sun and any(one.polarisation is not None for one in speakers)
+    is_launched = answer.has_beam and not any(one.diffuse_only for one in speakers)
+    has_amounts = bool(answer.names)  # an answer of inputs, which none of the files is
+    return is_launched or has_amounts or sky.needs_sun or has_pattern
+
+
+def names_said(speakers: Speakers) -> tuple[str, ...]:
+    """The inputs of a caller; a switch that is turned off in its own word."""
+    callers = [one for one in speakers if not one.is_file]
+    is_off = sun_said(callers).disc is False
+    return tuple(f"{name}:False" if name == "disc" and is_off else name for one in callers for name in one.names)
+
+
+def refuse_names(names: Iterable[str], used: set[str], *, light: str, sky: str, hint: dict[str, str]) -> None:
+    """Raise for names that are not used, with the reason of each question, and what to write instead (`hint`)."""
+    idle = [name for name in names if name not in used]
+    reasons = (
+        ((*_PLACE, *_DISC, "diffuse_only"), "the scene has no beam"),
+        (_LIGHT, f"the light is that of {light}"),
+        (_SKY, f"the sky is {sky}"),
+    )
+    said = []
+    for group, reason in reasons:
+        if found := [name for name in idle if name in group]:
+            advice = next((hint[name] for name in found if name in hint), "")
+            are, it = ("is", "it") if len(found) == 1 else ("are", "them")
+            said.append(f"{listed(found)} {are} not used: {reason}{say(advice.replace('leave it', f'leave {it}'))}")
+    if said:
+        raise UsageError(". ".join(said))
+
+
+def _hint(sky: Sky) -> dict[str, str]:
+    """What to write in the place of an input."""
+    of_two = "; it needs two of {dni}, {dhi} and {ghi}"
+    other_sky = "" if isinstance(sky, Perez) else _OTHER_SKY
+    return {
+        **dict.fromkeys(("coefficients", *MODEL), other_sky),
+        **dict.fromkeys(OF_IRRADIANCES, other_sky or of_two),
+        **dict.fromkeys(
+            (*_PLACE, *_DISC),
+            f"{of_two} beside {sky.made_of}"
+            if not sky.is_whole
+            else _OTHER_SKY + ", or two of {dni}, {dhi} and {ghi} for a beam",
+        ),
+        "spectrum": of_two,
+        **dict.fromkeys(CLEAR_SKY, "; write {spectrum:spectrl2} without irradiances for a cloudless sky"),
+        "polarisation": "; take a sky with a sun: {sky:perez}, {sky:cie} or {sky:harrison-coombes}",
+        **dict.fromkeys(LIGHTS, "; it needs [atmosphere] in sky.toml"),
+        **dict.fromkeys(READING, "; leave it out"),
+    }
+
+
+def notes_of_files(speakers: Speakers, answer: Brightness, sky: Sky, *, is_lit: bool) -> tuple[str, ...]:
+    """Notes on what files say and the light has no use for."""
+    notes = [note_of_sun(speakers, None)] if moment_said(speakers) is not None else []
+    for one in speakers:
+        if one.is_file:
+            notes += [f"{what} not used: {why}" for what, why in _unused_of(one, answer, sky, is_lit)]
+    return tuple(filter(None, notes))
+
+
+def _unused_of(one: Said, answer: Brightness, sky: Sky, is_lit: bool) -> Iterable[tuple[str, str]]:
+    """What a file says and is not used, and why."""
+    light, inner = f"the light is that of {answer}", answer.of if isinstance(answer, Levelled) else answer
+    is_shape = is_lit and isinstance(sky, Perez) and sky.shape is one.perez
+    is_heard = isinstance(inner, Broadband) and inner.amounts is one.perez
+    if one.perez.has_set and not (is_shape or is_heard):
+        other_sky = say(_OTHER_SKY) if sky.is_whole else ""
+        yield f"{SKY_TOML}: [perez] is", f"the sky is {sky.made_of}{other_sky}" if not answer.has_beam else light
+    is_of_toml = one.sun.origin == SKY_TOML and not one.sun.is_empty
+    if is_of_toml and sky.is_whole and not (answer.has_beam or one.polarisation):
+        yield f"{SKY_TOML}: [sun] is", "the scene has no beam"
+    if one.perez.spectrum is not None and "spectrum" not in answer.names:
+        yield f"{SKY_TOML}: spectrum is", light
+    if one.clear_sky and not isinstance(inner, Cloudless):
+        yield f"{SKY_TOML}: [clear_sky] is", light
+    if one.polarisation is not None and not (sky.has_sun and is_lit):
+        yield f"{SKY_TOML}: polarisation is", f"the sky is {sky.made_of}" if is_lit else "all light is direct"
+    levels = ("direct_irradiance", "diffuse_irradiance")
+    idle = [name for name in levels if getattr(one, name) is not None]
+    if idle and not isinstance(answer, (PerBand, Levelled)):
+        yield f"{SKY_TOML}: {' and '.join(idle)} {'is' if len(idle) == 1 else 'are'}", light
+    if one.shares is not None and not isinstance(inner, Shares):
+        yield f"{DIFCOL}: its direct fractions are", light
+
+
+def note_of_sun(speakers: Speakers, true_zenith_deg: float | None) -> str:
+    """The note where a time or a weather file says where the sun is, and files say it, too."""
+    moment, before = moment_said(speakers), sun_said([one for one in speakers if one.is_file])
+    if moment is None or before.zenith_deg is None:
+        return ""
+    zenith = moment.sun_zenith_deg if true_zenith_deg is None else true_zenith_deg
+    return (
+        f"{before.origin}: its sun at a zenith angle of {before.zenith_deg:g} and an azimuth of "
+        f"{before.azimuth_deg or 0.0:g} degrees is not used: the sun is at {zenith:.4f} and "
+        f"{moment.sun_azimuth_deg:.4f} ({moment.origin})"
+    )
