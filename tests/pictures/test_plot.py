@@ -367,3 +367,31 @@ def test_no_window_system_is_needed(tmp_path):
     code += "assert 'matplotlib.pyplot' not in sys.modules; assert callable(sky.plot)"
     in_environment(code, tmp_path / "sky.png", DISPLAY="", MPLBACKEND="TkAgg")
     assert (tmp_path / "sky.png").exists()
+
+
+def _brightness(colour, below=None):
+    """Relative luminance of WCAG 2.1; a colour with alpha lies on the one below."""
+    from matplotlib.colors import to_rgb, to_rgba
+
+    *rgb, alpha = to_rgba(colour)
+    rgb = np.array(rgb) * alpha + (1 - alpha) * np.array(to_rgb(below) if below is not None else (0.0, 0.0, 0.0))
+    linear = np.where(rgb <= 0.03928, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    return float(linear @ (0.2126, 0.7152, 0.0722))
+
+
+@pytest.mark.parametrize("style", ["default", "dark_background", "ggplot", "fivethirtyeight", "grayscale"])
+def test_letters_can_be_read_in_any_style_of_the_user(style):
+    """Letters were white on white in dark_background; 4.5 is the contrast that WCAG asks of small letters."""
+    import matplotlib.style
+    from matplotlib.text import Text
+
+    scene = sky.Scene(wavebands=[443.0, 555.0], n_photons=10, components="uniform")
+    with matplotlib.style.context(style):
+        figure = sky.plot(scene)
+    ground = figure.get_facecolor()
+    texts = [text for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
+    assert len(texts) > 15
+    for text in texts:
+        colour = (*matplotlib.colors.to_rgb(text.get_color()), 1.0 if text.get_alpha() is None else text.get_alpha())
+        low, high = sorted([_brightness(colour, ground), _brightness(ground)])
+        assert (high + 0.05) / (low + 0.05) >= 4.5, (text.get_text(), colour, ground)

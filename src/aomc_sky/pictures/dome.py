@@ -326,13 +326,23 @@ def mesh_edges(grid: PatchGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return zenith, np.append(np.concatenate(parts), grid.azimuth_bounds_deg[-1, 1]), repeats
 
 
+def ink() -> Any:
+    """The colour of letters in the style of the user, such as `dark_background`."""
+    return optional_module("matplotlib", extra=EXTRA).rcParams["text.color"]
+
+
+def _pale() -> dict[str, Any]:
+    """The style of less important letters and lines: #555555 where black is the colour of letters on white."""
+    return {"color": ink(), "alpha": 2 / 3}
+
+
 def _draw_rings(axes: Any, panel: Panel, colour: str) -> None:
     around, view = np.linspace(0.0, 360.0, 361), panel.view
     for ring in (30.0, 60.0):
         axes.plot(*drawn_at(ring, around, view), color=colour, alpha=0.45, linewidth=0.6)
     for azimuth in _directions(panel):
         axes.plot(*drawn_at([0.0, 90.0], azimuth, view), color=colour, alpha=0.3, linewidth=0.5)
-    axes.plot(*drawn_at(90.0, around, view), color="black", linewidth=0.8)
+    axes.plot(*drawn_at(90.0, around, view), color=ink(), linewidth=0.8)
 
 
 def _draw_ruler(axes: Any, panel: Panel) -> None:
@@ -340,14 +350,14 @@ def _draw_ruler(axes: Any, panel: Panel) -> None:
     inch = panel.degrees_per_inch
     top = -90.0 - 0.6 * _GAP_IN * inch
     font_pt = 0.8 * panel.font_pt
-    style = {"ha": "center", "va": "top", "fontsize": font_pt, "color": "#555555"}
+    style = {"ha": "center", "va": "top", "fontsize": font_pt, **_pale()}
     room_pt = 72 * _RULER[0] / inch  # between two of them, and between the letter of south and the first
     numbers = _NUMBERS[int(room_pt < _NUMBER_EM * font_pt) + int(room_pt < _BESIDE_EM * panel.font_pt)]
     for angle in _RULER:
-        axes.plot([angle, angle], [top, top - 0.03 * inch], color="#555555", linewidth=0.6)
+        axes.plot([angle, angle], [top, top - 0.03 * inch], linewidth=0.6, **_pale())
         if angle in numbers:
             axes.text(angle, top - 0.045 * inch, f"{angle:g}°", **style)
-    axes.plot([_RULER[0], _RULER[-1]], [top, top], color="#555555", linewidth=0.6)
+    axes.plot([_RULER[0], _RULER[-1]], [top, top], linewidth=0.6, **_pale())
 
 
 def _directions(panel: Panel) -> np.ndarray:
@@ -362,8 +372,8 @@ def _draw_directions(axes: Any, panel: Panel) -> None:
         letter = _LETTERS.get(float(azimuth), "")
         number = f"azimuth\n{azimuth:g}°" if azimuth == 45.0 else f"{azimuth:g}°"
         across, up = (round(v / radius) for v in (x, y))
-        size, colour = (panel.font_pt, "black") if letter else (0.85 * panel.font_pt, "#555555")
-        style = {"ha": _SIDES[across], "va": _HEIGHTS[up], "fontsize": size, "color": colour, "linespacing": 1.3}
+        size, colour = (panel.font_pt, {"color": ink()}) if letter else (0.85 * panel.font_pt, _pale())
+        style = {"ha": _SIDES[across], "va": _HEIGHTS[up], "fontsize": size, "linespacing": 1.3, **colour}
         axes.text(x, y, letter or number, **style)
 
 

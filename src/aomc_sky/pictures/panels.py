@@ -68,7 +68,7 @@ def figure_of(
     backend = optional_module("matplotlib.backends.backend_agg", extra=EXTRA)
     is_shared = scale == "shared" or len(picture.domes) == 1
     layout = _Layout.of(picture, width_in, dpi, view, is_shared=is_shared, has_caption=has_caption)
-    figure = figure_module.Figure(figsize=(width_in, layout.height_in), dpi=dpi, facecolor="white")
+    figure = figure_module.Figure(figsize=(width_in, layout.height_in), dpi=dpi)
     backend.FigureCanvasAgg(figure)
     figure._repr_png_ = partial(png_bytes, figure)  # a notebook shows it
     shared = colours_of(picture, choice)
