@@ -1,5 +1,7 @@
 """Light that no sky has."""
 
+import ast
+import inspect
 import warnings
 
 import numpy as np
@@ -42,3 +44,39 @@ def test_other_light_than_the_suns_has_no_limit(nm):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         scene_of(nm, 1e6)
+
+
+def test_what_type_checkers_see_is_what_a_scene_takes():
+    """The signature for type checkers is written by hand."""
+    tree = ast.parse(inspect.getsource(inspect.getmodule(sky.Scene)))
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) and node.name == "__init__"]
+    assert len(functions) == 1
+    shown = [argument.arg for argument in functions[0].args.kwonlyargs]
+    assert shown == list(inspect.signature(sky.Scene).parameters)
+
+
+@pytest.mark.slow
+def test_documented_scenes_pass_the_type_checker(tmp_path):
+    api = pytest.importorskip("mypy.api")
+    program = tmp_path / "scenes.py"
+    program.write_text(
+        "from typing import Any\nimport numpy as np\nimport aomc_sky as sky\n"
+        "def radiance(zenith: Any, azimuth: Any, nm: Any) -> Any:\n    return 1.0 + 0.0 * zenith\n"
+        "sky.Scene(wavebands=[440, 550], n_photons=10**6, components=radiance)\n"
+        "both = [sky.DirectBeam(sun_zenith_deg=30.0, strength=2.0), sky.UniformSky(strength=1.0)]\n"
+        "scene = sky.Scene(wavebands=np.array([440.0]), n_photons=[1000], components=both)\n"
+        "nm: float = scene.wavebands.wavelength_nm[0]\n"
+        'sky.Scene(wavebands=[440.0], n_photons=1000, components="overcast").components[0].name\n'
+    )
+    said, problems, code = api.run(["--strict", "--cache-dir", str(tmp_path), str(program)])
+    assert (code, problems) == (0, ""), said
+    program.write_text("import aomc_sky as sky\nsky.Scene(wavebands=[440.0], n_photons=1000, components=5)\n")
+    assert "components" in api.run(["--cache-dir", str(tmp_path), str(program)])[0]
+
+
+def test_a_field_of_xarray_as_component_gets_one_sentence():
+    xarray = pytest.importorskip("xarray")
+    field = xarray.DataArray(np.ones((90, 360)), dims=("zenith", "azimuth"))
+    with pytest.raises(sky.SceneError, match=r"got DataArray; write TabulatedSky[.]from_xarray") as caught:
+        sky.Scene(wavebands=[440.0], n_photons=10, components=field)
+    assert "\n" not in str(caught.value)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.errors import AomcSkyError, SceneError, floats, require_kind
+from aomc_sky.errors import AomcSkyError, SceneError, floats, require_kind, shown_value
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.model import Share, broadcast, check_share, sky_model, with_share
 from aomc_sky.skies.patch_integrals import SURE_SPOT, TOLERANCE, PatchIntegrals, integrate_patches
@@ -272,8 +272,11 @@ def as_sky_model(given: Any) -> Any:
         return given
     function = getattr(given, "radiance", given)
     if not callable(function):
+        is_field = hasattr(given, "dims") and hasattr(given, "coords")  # of xarray, whose repr has many lines
+        shown = "; write TabulatedSky.from_xarray(...)" if is_field else f": {shown_value(given)}"
         raise SceneError(
-            f"a scene is made of sky models, Components and functions of zenith, azimuth and wavelength; got {given!r}"
+            "a scene is made of sky models, Components and functions of zenith, azimuth and wavelength; got "
+            f"{type(given).__name__}{shown}"
         )
     chosen = {name: getattr(given, name, None) for name in ("name", "grid", "strength", "irradiance_W_m2_nm")}
     is_function = function is given  # whose attributes are its own affair

@@ -42,6 +42,14 @@ class SkyModel(Protocol):
         ...
 
 
+class Lowers(Protocol):
+    """A model with exact laws of its own."""
+
+    def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
+        """Components with a row for each wavelength."""
+        ...
+
+
 def broadcast(*arguments: ArrayLike) -> list[np.ndarray]:
     """The arguments of `SkyModel.radiance` as float64 arrays of one shape."""
     names = ("sky_zenith_rad", "sky_azimuth_rad", "wavelength_nm")

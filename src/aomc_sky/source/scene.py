@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -44,6 +44,9 @@ from aomc_sky.whole_number import as_index
 if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
     from aomc_sky.emission.radiance import Radiance
+    from aomc_sky.skies.model import Lowers, Share, SkyModel
+
+    LightSource = Component | SkyModel | Lowers | Share | Callable[..., ArrayLike] | str
 
 ARRAYS_HELD = 3
 """Copies of a plan's arrays in memory while a run writes it: measured, 3.06 for 9e6 cells."""
@@ -106,6 +109,25 @@ class Scene:
     options: Mapping[str, Any] = field(default_factory=dict)
     irradiance: Irradiance | None = None
     _radiance: dict[int, list[Radiance]] = field(init=False, repr=False, compare=False, default_factory=dict)
+
+    if TYPE_CHECKING:  # what may be given, for type checkers; the fields above are what it becomes
+
+        def __init__(
+            self,
+            *,
+            wavebands: Wavebands | ArrayLike,
+            n_photons: ArrayLike,
+            components: LightSource | Sequence[LightSource],
+            row_of_band: ArrayLike | None = None,
+            sky_wavelength_nm: ArrayLike | None = None,
+            footprint: Footprint = ...,
+            preset: SamplingOptions = ...,
+            preset_name: str | None = None,
+            notes: tuple[str, ...] = (),
+            input_files: Mapping[str, str] = ...,
+            options: Mapping[str, Any] = ...,
+            irradiance: Irradiance | None = None,
+        ) -> None: ...
 
     __eq__ = same_content
 

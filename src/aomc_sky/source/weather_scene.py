@@ -232,7 +232,7 @@ def scene_of_sky(
         n_photons=np.broadcast_to(np.asarray(n_photons), (bands.n_bands,)).copy(),
         components=light.components,
         row_of_band=light.row_of_band,
-        sky_wavelength_nm=light.sky_wavelength_nm,  # type: ignore[arg-type]
+        sky_wavelength_nm=light.sky_wavelength_nm,
         irradiance=light.irradiance,
         notes=light.notes,
         input_files=files,

@@ -186,7 +186,7 @@ def scene_of_files(path: str | os.PathLike[str], callers: Speakers, reading: Rea
         n_photons=only_bands(n_photons, wavebands, bands.wavelength_nm),
         components=light.components,
         row_of_band=light.row_of_band,
-        sky_wavelength_nm=light.sky_wavelength_nm,  # type: ignore[arg-type]
+        sky_wavelength_nm=light.sky_wavelength_nm,
         irradiance=light.irradiance,
         preset=SamplingOptions() if not compat else AOMC_INTERNAL_PRESET if files.table is None else AOMC_TABLE_PRESET,
         footprint=_footprint(files.config),
