@@ -37,6 +37,14 @@ def test_blanks_and_commas(command, flag, form):
     assert parsed(command, f"{rest} {flag} 443.5 {flag} 555") == [443.5, 555.0]
 
 
+@pytest.mark.parametrize(("command", "flag"), [*lists(), ("verify", "--wavelength")])
+def test_start_end_step(command, flag):
+    rest = shlex.join(NEEDED[command])
+    assert parsed(command, f"{rest} {flag} 400:420:10") == [400.0, 410.0, 420.0]
+    assert parsed(command, f"{flag} 400:401:0.4 443.5,600:600:5 {rest}") == [400.0, 400.4, 400.8, 443.5, 600.0]
+    assert parsed(command, f"{rest} {flag} 400:700:0.3")[-1] == 700.0  # 1000 steps of 0.3 add up
+
+
 def test_a_file_whose_name_begins_with_a_digit_is_no_wavelength(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "2026.csv").touch()
@@ -65,7 +73,9 @@ def test_a_number_is_a_wavelength_whatever_lies_in_the_folder(tmp_path, monkeypa
         ("443 -5", "positive wavelengths"), ("443 5O5", "got '5O5'"), (",", "positive wavelengths"),
         ("440,,550", "no wavelength stands before a comma"), ("440 , , 550", "no wavelength stands before a comma"),
         (",440", "no wavelength stands before a comma"), ("440,550,,", "no wavelength stands before a comma"),
-        ("blue", "got 'blue'"), ("", "expected"),
+        ("blue", "got 'blue'"), ("", "expected"), ("400:700", "START:END:STEP"), ("700:400:10", "END not below START"),
+        ("400:700:0", "STEP above 0"), ("0.4:0.7:0.1", "write 700"), ("400:700:0.01", "30001 numbers"),
+        ("400::10", "got ''"), ("400:700:10:2", "START:END:STEP"), ("nan:700:10", "got 'nan'"),
     ],
 )  # fmt: skip
 def test_what_is_no_list_of_wavelengths(form, text):

@@ -94,6 +94,21 @@ def degrees(positive: str, negative: str) -> Callable[[str], float]:
     return angle
 
 
+_MOST_STEPS = 10_000
+
+
+def stepped(text: str, read: Callable[[str], float] = finite_number) -> list[float]:
+    """The numbers of START:END:STEP; END is one of them if a step reaches it. `read` is the type of its ends."""
+    parts = text.split(":")
+    if len(parts) != 3 or not finite_number(parts[2]) > 0 or read(parts[1]) < read(parts[0]):
+        raise argparse.ArgumentTypeError(f"expected START:END:STEP, END not below START and STEP above 0, got {text!r}")
+    start, end, step = read(parts[0]), read(parts[1]), finite_number(parts[2])
+    count = int((end - start) / step * (1 + 1e-12)) + 1
+    if count > _MOST_STEPS:
+        raise argparse.ArgumentTypeError(f"{count} numbers in {text!r}; at most {_MOST_STEPS}")
+    return [round(start + k * step, 10) for k in range(count)]
+
+
 def wavelength(text: str) -> float:
     """A number in nm; one in micrometres is refused."""
     number = finite_number(text)
@@ -103,13 +118,15 @@ def wavelength(text: str) -> float:
 
 
 def wavelengths(text: str) -> list[float]:
-    """Wavelengths in the one word that `Parser` makes of a list. [nm]"""
+    """Wavelengths in the one word that `Parser` makes of a list, also as 400:700:10. [nm]"""
     if re.search(r"(^|,)\s*,", text) and text.strip(", "):
         raise argparse.ArgumentTypeError(f"no wavelength stands before a comma of {text!r}; write 440,550")
     parts = text.replace(",", " ").split()
     if any(re.fullmatch(r"\d\d?", part) for part in parts[1:]):
         raise argparse.ArgumentTypeError(f"expected wavelengths in nm, got {text!r}; decimals follow a point: 412.5")
-    numbers = [wavelength(part) for part in parts]
+    numbers = [
+        number for part in parts for number in (stepped(part, wavelength) if ":" in part else [wavelength(part)])
+    ]
     if not numbers or min(numbers) <= 0:
         raise argparse.ArgumentTypeError(f"expected positive wavelengths in nm, got {text!r}")
     return numbers

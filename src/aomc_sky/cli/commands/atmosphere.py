@@ -92,24 +92,14 @@ def add_options(parser: Parser) -> None:
 def _suns(text: str) -> tuple[float, ...] | None:
     if text == "all":
         return None
-    suns = _range(text) if ":" in text else tuple(sorted(map(values.finite_number, text.split(","))))
+    suns = tuple(values.stepped(text)) if ":" in text else tuple(sorted(map(values.finite_number, text.split(","))))
     if any(not 0 <= sun <= 180 for sun in suns):
         raise argparse.ArgumentTypeError(f"expected zenith angles from 0 to 180 degrees, got {text!r}")
+    if len(suns) > _MOST_SUNS:
+        raise argparse.ArgumentTypeError(f"{len(suns)} suns in {text!r}; at most {_MOST_SUNS}")
     if len(set(suns)) < len(suns):
         raise argparse.ArgumentTypeError(f"a sun is given twice in {text!r}")
     return suns
-
-
-def _range(text: str) -> tuple[float, ...]:
-    """START:END:STEP; END is included if a step reaches it."""
-    parts = [values.finite_number(part) for part in text.split(":")]
-    if len(parts) != 3 or not parts[2] > 0 or parts[1] < parts[0]:
-        raise argparse.ArgumentTypeError(f"expected START:END:STEP with a step above 0, such as 0:80:5, got {text!r}")
-    start, end, step = parts
-    count = int((end - start) / step * (1 + 1e-12)) + 1
-    if count > _MOST_SUNS:
-        raise argparse.ArgumentTypeError(f"{count} suns in {text!r}; at most {_MOST_SUNS}")
-    return tuple(round(start + k * step, 10) for k in range(count))
 
 
 def atmosphere(arguments: argparse.Namespace) -> int:

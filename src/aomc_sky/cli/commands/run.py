@@ -41,7 +41,8 @@ examples:
 _OPTIONS = """\
 --out DIR                     run folder (default: aomc-sky-out beside the scene); - with --format raw
 --seed
---wavelengths --wavelength NM...  without AMC_INP, or of a measured sky: the wavebands, with blanks or commas
+--wavelengths --wavelength NM...  without AMC_INP, or of a measured sky: the wavebands, with blanks or commas, or
+                              START:END:STEP as 400:700:10
 """
 _OUTPUT = f"""\
 {cli_options.SAMPLING}\
