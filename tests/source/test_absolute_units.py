@@ -160,7 +160,7 @@ def test_one_brightness_of_two_is_refused(tmp_path):
 def test_a_waveband_without_any_brightness_is_dark(tmp_path):
     amc = copy_scene("sparse_sky", tmp_path)
     (amc.parent / "sky.toml").write_text(IRRADIANCES.replace("0.4, 0.3, 0.2", "0.4, 0.3, 0.0"))
-    message = r"waveband 3 at .* has no light: beam and sky are 0 there"
+    message = r"waveband 3 at .* has no light, 0 W m-2 nm-1"
     with pytest.raises(SceneError, match=message):
         sky.read_scene(amc)
 

@@ -223,13 +223,14 @@ def scene_of_sky(
     options: Mapping[str, Any] | None = None,
 ) -> Scene:
     """The scene of a sky and of the sun's beam."""
-    light, moment = light_of(speakers, sky, bands), moment_said(speakers)
+    photons = np.broadcast_to(np.asarray(n_photons), (bands.n_bands,)).copy()
+    light, moment = light_of(speakers, sky, bands, photons != 0), moment_said(speakers)
     files = dict(input_files or {})
     if moment is not None and moment.path is not None:
         files["weather"] = moment.path
     return Scene(
         wavebands=bands,
-        n_photons=np.broadcast_to(np.asarray(n_photons), (bands.n_bands,)).copy(),
+        n_photons=photons,
         components=light.components,
         row_of_band=light.row_of_band,
         sky_wavelength_nm=light.sky_wavelength_nm,

@@ -230,5 +230,5 @@ def test_light_of_the_night_adds_to_it_and_irradiances_of_sky_toml_win(amc):
     beam = 0.1 * found.direct_fraction / (1.0 - found.direct_fraction)
     np.testing.assert_allclose(given.irradiance.of_component[:, 0], beam, rtol=1e-9)
     toml.write_text(text + "\n[sky]\ndiffuse_irradiance = [0.1, 0.1, 0.1, 0.25]\n")
-    with pytest.raises(SceneError, match=r"beam of waveband 4 at 650 nm would have 2\.5\d .* which has 1\.5\d outside"):
+    with pytest.raises(SceneError, match=r"beam of waveband 4 at 650 nm has 2\.5\d .* which has 1\.5\d outside"):
         sky.read_scene(amc, perez=SPECTRL2)

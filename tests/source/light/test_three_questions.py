@@ -71,7 +71,7 @@ def light(scene):
 def _levels_of_the_test():
     """The sky in absolute units is not that of dhi, which is warned of and tested below."""
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "the sky's own diffuse irradiance", sky.InputWarning)
+        warnings.filterwarnings("ignore", "the diffuse irradiance of the sky", sky.InputWarning)
         yield
 
 
@@ -230,7 +230,7 @@ def test_a_level_that_is_not_that_of_dhi_gets_a_warning():
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             scene = sky.weather_scene(wavebands=NM, **SUN, dni=800, dhi=100, sky=model)
-        said = [one for one in caught if "the sky's own diffuse irradiance" in str(one.message)]
+        said = [one for one in caught if "the diffuse irradiance of the sky" in str(one.message)]
         assert len(said) == (abs(factor - 1) > 0.2)
         np.testing.assert_allclose(light(scene)[0], beam, rtol=2e-5)
 
@@ -239,6 +239,65 @@ def test_one_share_for_all_wavebands_is_refused_beside_a_sky_in_absolute_units()
     model = sky.UniformSky(irradiance_W_m2_nm=OWN.tolist())
     with pytest.raises(sky.UsageError, match=r'spectrum="flat".* one share in all wavebands.*spectrum="spectrl2"'):
         sky.weather_scene(wavebands=NM, **SUN, dni=800, dhi=100, sky=model, spectrum="flat")
+
+
+def test_a_sky_in_absolute_units_is_no_share(tmp_path):
+    """A level in sky.toml let the broadband share in again, and solid angles lost the level."""
+    amc = amc_with(tmp_path, "level", by_file=False)
+    with pytest.raises(sky.UsageError, match="one share in all wavebands"):
+        sky.read_scene(amc, sky=model_of("absolute"), perez=SAID["flat"])
+    field = xarray_field(tmp_path)
+    with pytest.raises(sky.UsageError, match=r"solid-angle.* is for a sky in relative units"):
+        sky.read_scene(amc_with(tmp_path / "field", "difcol", by_file=False, table=field), weighting="solid-angle")
+
+
+def test_the_sky_of_dhi_0_gets_a_warning():
+    with pytest.warns(sky.InputWarning, match="is not 0, as is that of dni 800 and dhi 0"):
+        sky.weather_scene(wavebands=NM, **SUN, dni=800, dhi=0, sky=model_of("absolute"))
+
+
+def test_clear_mountain_air_has_a_warning_and_no_error():
+    """The South Pole in December: the spectrum of moist air at the sea is too bright at 865 nm."""
+    place = {"time": "2026-12-21T12:00Z", "latitude_deg": -89.98, "longitude_deg": 0.0, "altitude_m": 2835.0}
+    with pytest.warns(sky.ModelLimitWarning) as caught:
+        scene = sky.weather_scene(wavebands=[443.0, 865.0], **place, dni=1080, dhi=35, spectrum="spectrl2")
+    assert "at 865 nm has 1.15 W m-2 nm-1" in " ".join(str(one.message) for one in caught)
+    assert [one.name for one in scene.components] == ["direct", "perez"]
+
+
+@pytest.mark.parametrize(
+    ("name", "said", "text"),
+    [
+        ("sun_and_sky", {"perez": {"air_mass": "kasten-1966"}}, r"--air-mass .* is not used: the sky is a perez sky"),
+        ("beam_only", {"within": "uniform"}, r"--within .* not used: all light is direct .difcol.inp., so there is no"),
+        ("perez_sky", {"clear_sky": {"aod_500nm": 0.2}}, r"leave it out, or leave out what says that light and write"),
+    ],
+)
+def test_what_the_light_does_not_use_is_refused(name, said, text):
+    with pytest.raises(sky.UsageError, match=text):
+        sky.read_scene(INPUTS / name, **said)
+
+
+def test_dark_wavebands_that_nobody_wants_are_no_error(tmp_path):
+    amc = amc_with(tmp_path, "nothing", by_file=False)
+    toml = amc.parent / "sky.toml"
+    toml.write_text(toml.read_text() + "[sky]\ndirect_irradiance = [0.5, 0]\ndiffuse_irradiance = [0.5, 0]\n")
+    assert light(sky.read_scene(amc, sky="uniform", wavebands=[1]))[2][0] == 0.5
+    with pytest.raises(sky.SceneError, match="waveband 2 at 555 nm has no light, 0 W m-2 nm-1"):
+        sky.read_scene(amc, sky="uniform")
+
+
+def test_a_measured_sky_says_where_its_sun_is_at_every_entrance():
+    field = sky.read_radiance_csv(INPUTS / "measured" / "sky.csv")
+    sun = sky.weather_scene(wavebands=[443.0], sky=field, dni=850, dhi=95).options["sun"]
+    assert (sun["zenith_deg"], sun["azimuth_deg"]) == (40.0, pytest.approx(135.0))
+
+
+def test_a_model_in_place_of_the_sun_of_files_leaves_a_note():
+    scene = sky.read_scene(INPUTS / "perez_sky", sky=sky.HarrisonCoombesSky(sun_zenith_deg=60, sun_azimuth_deg=0))
+    note = next(note for note in scene.notes if "its sun at" in note)
+    assert note.startswith("sky.toml: its sun at a zenith angle of 32.4 and an azimuth of 121.25 degrees is not used")
+    assert note.endswith("the sun is at 60.0000 and 0.0000 (the model 'HarrisonCoombesSky')")
 
 
 # The matrix of answers, skies and entrances.
@@ -279,15 +338,26 @@ def expected_light(answer, *, is_absolute):
         return (OWN * DIFCOL / (1 - DIFCOL), OWN, DIFCOL) if is_absolute else (None, None, DIFCOL)
     if answer == "per band":
         return DIRECT, DIFFUSE, DIRECT / (DIRECT + DIFFUSE)
-    share = beam / (beam + diffuse)
-    return 0.1 * share / (1 - share), np.full(2, 0.1), share
+    level, share = np.full(2, 0.1), beam / (beam + diffuse)
+    return (beam, level, beam / (beam + level)) if is_absolute else (level * share / (1 - share), level, share)
 
 
 def model_of(kind):
     return sky.UniformSky(irradiance_W_m2_nm=OWN.tolist()) if kind == "absolute" else "uniform"
 
 
-def amc_with(folder, answer, *, by_file):
+def xarray_field(folder):
+    """A field of radiances in absolute units."""
+    from tests.support.fields import field_of
+
+    zenith, azimuth = np.arange(5.0, 90.0, 10.0), np.arange(15.0, 360.0, 30.0)
+    field = field_of((1 + np.cos(np.radians(zenith)))[:, None] * np.ones((1, azimuth.size)), zenith, azimuth)
+    field.attrs["units"] = "10 mW m-2 nm-1 sr-1"
+    field.to_netcdf(folder / "field.nc", engine="h5netcdf")
+    return folder / "field.nc"
+
+
+def amc_with(folder, answer, *, by_file, table=None):
     """A scene of two bands whose files give the answer."""
     amc = copy_scene("sun_and_sky", folder)
     (amc.parent / "lambbot.inp").write_text("2\n443.0 0.05 0.0\n555.0 0.05 0.0\n")
@@ -300,6 +370,9 @@ def amc_with(folder, answer, *, by_file):
         (amc.parent / "difcol.inp").write_text("2\n0.6 1\n0.7 1\n")
     if answer == "per band":
         lines += ["[sky]", f"direct_irradiance = {DIRECT.tolist()}", f"diffuse_irradiance = {DIFFUSE.tolist()}"]
+    if table is not None:
+        shutil.copy(table, amc.parent)
+        lines += ["[sky]", f'table = "{table.name}"']
     if answer == "level":
         lines += ["[sky]", "diffuse_irradiance = [0.1, 0.1]"]
     (amc.parent / "sky.toml").write_text("\n".join([*lines, ""]))

@@ -141,7 +141,7 @@ def test_a_model_with_one_row_serves_all_wavebands():
     OneRow.irradiance = 0.9
     ratio = np.mean(0.9 / spectra[:, 1])
     with pytest.warns(
-        sky.InputWarning, match=f"own diffuse irradiance is {ratio:.3g} times that of ghi 780 and dhi 140"
+        sky.InputWarning, match=f"diffuse irradiance of the sky is {ratio:.3g} times that of ghi 780 and dhi 140"
     ):
         bright = sky.weather_scene(**light, sky=OneRow())
     np.testing.assert_allclose(bright.irradiance.of_component, [[beam, 0.9] for beam in spectra[:, 0]], rtol=1e-12)

@@ -103,13 +103,14 @@ def perez(arguments: argparse.Namespace) -> int:
             raise SceneError(f"{what} is 0, so there is no light in the sky")
         sky, limited = perez_sky(asked.choices, shape, sun, asked.grid)
         values = _values(sky, sun, speakers, limited)
+        scene = None if arguments.out is None else _scene(speakers, arguments)
     for path, write in ((arguments.write_skydist, _write_table), (arguments.plot, _write_picture)):
         if path is not None:
             with status_line(f"writing {Path(path).name}", enabled=is_shown):
                 write(sky, values, arguments, path)
     texts: list[Callable[[], str]] = [partial(report_text, _HEAD, dict(values))]
-    if arguments.out is not None:
-        values["run"], text = _emit(_scene(speakers, arguments), arguments)
+    if scene is not None:
+        values["run"], text = _emit(scene, arguments)
         texts += [lambda: "", text]
     cli_options.answer(arguments, lambda: values, lambda: "\n".join(text() for text in texts))
     return 0

@@ -169,7 +169,7 @@ class Cloudless:
     """The cloudless sky of SPCTRL2."""
 
     air: dict[str, Any]  #: what is said of it
-    altitude_m: float
+    altitude_m: float  #: for the pressure, unless that is said
     names, has_beam = ("spectrum", *CLEAR_SKY, "altitude_m"), True
 
     def __str__(self) -> str:
@@ -192,7 +192,7 @@ class Cloudless:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Levelled:
-    """Shares of another answer, brought to the irradiance of the sky, or of the beam, that [sky] says."""
+    """Another answer at the irradiance of the sky, or beside that of the beam, that [sky] says."""
 
     of: Brightness
     direct: np.ndarray | None = None
@@ -203,8 +203,8 @@ class Levelled:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Those of the other answer."""
-        return self.of.names
+        """Those of the other answer, unless the beam is known."""
+        return self.of.names if self.direct is None else ()
 
     @property
     def has_beam(self) -> bool:
@@ -212,14 +212,22 @@ class Levelled:
         return self.direct is not None or self.of.has_beam
 
     def in_bands(self, sun: Sun | None, wavelength_nm: np.ndarray, own: np.ndarray | None) -> InBands:
-        """The irradiance of the file; the other one is of the sky, or in proportion where every waveband has a sky."""
+        """The irradiance of the file; beside it that of the other answer, or one in proportion to its shares.
+
+        The level of a sky in absolute units takes the place of its own. A beam in proportion is unknown where a
+        waveband has only the beam.
+        """
         if self.direct is not None and own is not None:
             return _shares(self.direct, own, str(self))
-        shares = self.of.in_bands(sun, wavelength_nm, None)
-        fraction, direct = shares.direct_fraction, self.direct
+        other = self.of.in_bands(sun, wavelength_nm, None if own is None else self.diffuse)
+        if self.direct is not None and other.diffuse is not None:
+            return _shares(self.direct, other.diffuse, str(self))
+        if own is not None:
+            return other
+        fraction, direct = other.direct_fraction, self.direct
         if self.diffuse is not None and np.all(fraction < 1):
             direct = self.diffuse * fraction / (1.0 - fraction)
-        return dataclasses.replace(shares, direct=direct, diffuse=self.diffuse)
+        return dataclasses.replace(other, direct=direct, diffuse=self.diffuse)
 
 
 def brightness_of(speakers: Speakers, sky: str, *, is_whole: bool, warns: bool) -> Brightness:
@@ -287,11 +295,12 @@ _OTHER_LEVEL = 0.2
 def _warn_of_level(own: np.ndarray, found: SpectralSplit, amounts: PerezSection) -> None:
     """Warn where the sky's own irradiance is not about that of the spectra."""
     lit = found.diffuse_irradiance > 0
-    ratio = float(np.mean(own[lit] / found.diffuse_irradiance[lit])) if lit.any() else 1.0
+    ratio = float(np.mean(own[lit] / found.diffuse_irradiance[lit])) if lit.any() else math.inf * np.any(own > 0)
     if abs(ratio - 1.0) > _OTHER_LEVEL:
+        times = f"{ratio:.3g} times that" if ratio < math.inf else "not 0, as is that"
         warnings.warn(
-            f"the sky's own diffuse irradiance is {ratio:.3g} times that of {amounts}, mean over the wavebands; the "
-            "sky keeps its own: check the unit of its radiances, and whether both are of one hour",
+            f"the diffuse irradiance of the sky is {times} of {amounts}, mean over the wavebands; the sky keeps its "
+            "own: check the unit of its radiances, and whether both are of one hour",
             InputWarning,
             stacklevel=2,
         )

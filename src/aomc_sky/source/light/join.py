@@ -12,16 +12,16 @@ import numpy as np
 
 from aomc_sky.component import Component, scaled
 from aomc_sky.emission.irradiance import Irradiance
-from aomc_sky.errors import InputWarning, SceneError, UsageError
+from aomc_sky.errors import InputWarning, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.aomc.amc import LightSource
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.inputs import say
+from aomc_sky.inputs import listed, say
 from aomc_sky.skies.direct_beam import SOLAR_BOUND, SOLAR_RADIUS_DEG, DirectBeam, solar_irradiance
 from aomc_sky.source.light.brightness import Brightness, InBands, Shares, brightness_of, direct_fraction
 from aomc_sky.source.light.place import Sun, place_of
 from aomc_sky.source.light.said import Speakers, first, sun_said
 from aomc_sky.source.light.skies import Lowered, Perez, Sky
-from aomc_sky.source.light.unused import needs_sun, notes_of_files, refuse_unused
+from aomc_sky.source.light.unused import OF_SKY, names_said, needs_sun, notes_of_files, refuse_unused
 from aomc_sky.wavebands import Wavebands
 
 if TYPE_CHECKING:
@@ -59,9 +59,18 @@ class Files:
 
 
 def light_of(
-    speakers: Speakers, sky: Sky, bands: Wavebands, *, files: Files | None = None, given: Iterable[str] = ()
+    speakers: Speakers,
+    sky: Sky,
+    bands: Wavebands,
+    wanted: np.ndarray,
+    *,
+    files: Files | None = None,
+    given: Iterable[str] = (),
 ) -> Light:
-    """The light that speakers and a sky make; `given` are further inputs of the caller, `files` those of AOMC."""
+    """The light that speakers and a sky make; `wanted` (n_band,) says which wavebands shall have photons.
+
+    `given` are further inputs of the caller, `files` those of AOMC.
+    """
     nm = bands.wavelength_nm
     is_alone = any(one.diffuse_only for one in speakers)
     warns = (files is not None or sky.is_whole) and not is_alone
@@ -73,9 +82,11 @@ def light_of(
     shares = first(one.shares for one in speakers)
     if shares is not None:
         light = dataclasses.replace(light, intensity=shares.intensity)
+        wanted = wanted & ((shares.intensity > 0) | ~np.any(shares.intensity > 0))
+    light = dataclasses.replace(light, who=light.who or str(answer))
     _refuse_too_bright(light, sun, bands)
     kept = light.without_beam() if is_alone else light
-    is_lit = _has_sky(light, kept, speakers)
+    is_lit = _has_sky(light, kept, names_said(speakers))
     lowered = sky.lower(sun, nm, light) if is_lit else Lowered(components=(), row_of_band=np.zeros(nm.size, np.int64))
     fractions, sky_rows, of_band = _rows(kept.direct_fraction, lowered.row_of_band)
     components = [] if is_alone else _beam(sun, fractions)
@@ -99,14 +110,15 @@ def light_of(
             **light.options,
         },
     )
-    return in_absolute_units(found, bands, files, kept)
+    return in_absolute_units(found, bands, files, kept, wanted)
 
 
 def _sun_of(speakers: Speakers, answer: Brightness, sky: Sky) -> Sun | None:
     """The sun where it is needed, or where someone says it; with a pattern only where the sky has a sun."""
     if not needs_sun(speakers, answer, sky) and (sky.is_whole or sun_said(speakers).zenith_deg is None):
         return None
-    sun = place_of(speakers, sky.made_of if sky.needs_sun else f"the beam beside {sky.made_of}")
+    what = sky.made_of if sky.needs_sun else "the beam" if answer.has_beam else f"the polarisation of {sky.made_of}"
+    sun = place_of(speakers, what)
     return sun if sky.has_sun else dataclasses.replace(sun, polarisation=None)
 
 
@@ -115,12 +127,14 @@ def _without_a_beam(speakers: Speakers, sky: Sky, files: Files | None) -> list[s
     is_alone, callers = any(one.diffuse_only for one in speakers), [one for one in speakers if not one.is_file]
     shape = sky.shape if isinstance(sky, Perez) else None
     if files is not None and files.light_source is LightSource.MODEL and not is_alone:
-        reason = "nothing else says" if shape is None else f"{shape.text} do not say"
+        reason, place = "nothing else says", "an [atmosphere]"
+        if shape is not None:
+            reason, place = f"{shape.text} do not say", "coefficients a to e"
         raise refuse(
             files.difcol_path,
             f"there is no such file, and {reason} how much of the light is direct",
-            advice=f"write difcol.inp, or {say(_AMOUNTS)}, or these lines into sky.toml beside amc.inp, in place of an "
-            f"[atmosphere]:\n\n{THREE_LINES}\n",
+            advice=f"write difcol.inp, or {say(_AMOUNTS)}, or these lines into sky.toml beside amc.inp, in place of "
+            f"{place}:\n\n{THREE_LINES}\n",
         )
     if isinstance(sky, Perez) and shape is None:
         if files is None:
@@ -144,23 +158,30 @@ def _without_a_beam(speakers: Speakers, sky: Sky, files: Files | None) -> list[s
     return []
 
 
+_MOST_OF_DRY_AIR = 1.3
+"""Times `SOLAR_BOUND`: so much a spectrum of moist air at the sea exceeds the sun where dni is of a dry mountain."""
+
+
 def _refuse_too_bright(light: InBands, sun: Sun | None, bands: Wavebands) -> None:
     """Raise where the beam is brighter than the sun outside the atmosphere."""
     if light.direct is None or sun is None:
         return
     normal, most = light.direct / sun.cosine, SOLAR_BOUND * solar_irradiance(bands.wavelength_nm)
-    above = np.flatnonzero(normal > most)
-    if above.size:
-        band = int(above[0])
-        nm = bands.wavelength_nm[band]
-        raise SceneError(
-            f"{light.who}: the beam of waveband {band + 1} at {nm:g} nm would have {normal[band]:.3g} W m-2 nm-1 on a "
-            f"surface that faces the sun, which has {solar_irradiance(nm):.3g} outside the atmosphere; check the "
-            "irradiances and their unit, W m-2 nm-1 for a waveband"
-        )
+    excess = normal / most
+    band = int(np.argmax(excess))
+    if not excess[band] > 1:
+        return
+    nm = bands.wavelength_nm[band]
+    text = (
+        f"{light.who}: the beam of waveband {band + 1} at {nm:g} nm has {normal[band]:.3g} W m-2 nm-1 on a surface "
+        f"that faces the sun, which has {solar_irradiance(nm):.3g} outside the atmosphere"
+    )
+    if "spectrum" not in light.options or excess[band] > _MOST_OF_DRY_AIR:
+        raise SceneError(f"{text}; check the irradiances and their unit")
+    warnings.warn(f"{text}: the spectrum is that of air at the sea, and this air is clearer", ModelLimitWarning, 3)
 
 
-def _has_sky(light: InBands, kept: InBands, speakers: Speakers) -> bool:
+def _has_sky(light: InBands, kept: InBands, names: Sequence[str]) -> bool:
     """Whether a waveband with photons has light of the sky."""
     lit = np.ones(light.direct_fraction.size, bool)
     if light.intensity is not None and light.intensity.any():
@@ -171,8 +192,9 @@ def _has_sky(light: InBands, kept: InBands, speakers: Speakers) -> bool:
         raise SceneError(
             f"all light is direct ({light.who}), and {say('{diffuse_only:True}')} leaves the beam out: no light is left"
         )
-    if any(one.polarisation is not None for one in speakers if not one.is_file):
-        raise UsageError(say(f"{{polarisation}} is not used: all light is direct ({light.who}), so there is no sky"))
+    if idle := [name for name in names if name in OF_SKY]:
+        are = "is" if len(idle) == 1 else "are"
+        raise UsageError(f"{listed(idle)} {are} not used: all light is direct ({light.who}), so there is no sky")
     return False
 
 
@@ -255,11 +277,18 @@ def _spread(values: np.ndarray, form: str = "g") -> str:
 # How bright sun and sky are, where that is known, and the lobes of backgrounds.
 
 
-def in_absolute_units(light: Light, bands: Wavebands, files: Files | None, level: InBands | None = None) -> Light:
+def in_absolute_units(
+    light: Light,
+    bands: Wavebands,
+    files: Files | None,
+    level: InBands | None = None,
+    wanted: np.ndarray | None = None,
+) -> Light:
     """State the irradiance of every component, and add the lobes of the backgrounds.
 
-    Light in relative units stays as it is. With backgrounds the strengths are irradiances in the same unit, with a row
-    for each distinct set of base row, wavelength and irradiances. E708: backgrounds beside relative light.
+    A waveband that is `wanted` has light. Light in relative units stays as it is. With backgrounds the strengths are
+    irradiances in the same unit, with a row for each distinct set of base row, wavelength and irradiances. E708:
+    backgrounds beside relative light.
     """
     skies = () if files is None else files.backgrounds
     is_known = level is not None and (level.direct is not None or level.diffuse is not None)
@@ -270,11 +299,11 @@ def in_absolute_units(light: Light, bands: Wavebands, files: Files | None, level
     else:
         return light
     if not skies:
-        dark = np.flatnonzero(base.sum(axis=1) == 0)
+        dark = np.flatnonzero((base.sum(axis=1) == 0) & (wanted if wanted is not None else False))
         if dark.size and is_known:
             raise SceneError(
-                f"waveband {dark[0] + 1} at {bands.wavelength_nm[dark[0]]:g} nm has no light: beam and sky are 0 "
-                "there; write a positive value, or choose others by --waveband"
+                f"waveband {dark[0] + 1} at {bands.wavelength_nm[dark[0]]:g} nm has no light, 0 W m-2 nm-1; write a "
+                "positive value, or choose others by --waveband"
             )
         return dataclasses.replace(light, irradiance=Irradiance(of_component=base))
     return _with_backgrounds(light, base, skies, bands)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 FIELD = "field"
 """The sky of a scene whose sky.toml has [sky] table, and of a field that is run alone."""
+OF_MODEL = "the model "  #: How people read of a model of Python.
 OF_IRRADIANCES = ("air_mass", "extraterrestrial_normal")  #: Only from irradiances to epsilon and Delta.
 
 
@@ -307,10 +308,13 @@ class Model:
     @property
     def sun(self) -> SunSection:
         """Where its own sun is, if it has one above the horizon."""
-        zenith, azimuth = (getattr(self.model, name, None) for name in ("sun_zenith_rad", "sun_azimuth_rad"))
-        if zenith is None or azimuth is None or not zenith < math.pi / 2:
+        angles = [getattr(self.model, name, None) for name in ("sun_zenith_rad", "sun_azimuth_rad")]
+        zenith, azimuth = getattr(self.model, "sun_deg", None) or [
+            None if angle is None else math.degrees(angle) for angle in angles
+        ]
+        if zenith is None or azimuth is None or not zenith < 90:
             return SunSection()
-        return SunSection(zenith_deg=math.degrees(zenith), azimuth_deg=math.degrees(azimuth), origin=self.made_of)
+        return SunSection(zenith_deg=zenith, azimuth_deg=azimuth, origin=self.made_of)
 
     def _components(self, wavelength_nm: np.ndarray) -> tuple[Component, ...]:
         """Its components, made once for the same wavelengths."""
@@ -373,7 +377,7 @@ def model_of(given: Any, *, has_pattern: bool = False) -> Model:
             f"{type(model).__name__} has a beam of its own: Scene(components=[*model.beam(nm), *model.lower(nm)])"
         )
     name = str(getattr(model, "name", type(model).__name__))
-    return Model(model=model, name=name, made_of=f"the model {name!r}")
+    return Model(model=model, name=name, made_of=f"{OF_MODEL}{name!r}")
 
 
 def irradiance_of(components: Sequence[Component]) -> np.ndarray | None:

@@ -7,14 +7,25 @@ from collections.abc import Iterable
 from aomc_sky.errors import UsageError
 from aomc_sky.formats.sky_toml.keys import SKY_TOML
 from aomc_sky.inputs import AMOUNTS, CLEAR_SKY, LIGHTS, MODEL, READING, WEATHER_FILES, listed, say
-from aomc_sky.source.light.brightness import DIFCOL, Brightness, Broadband, Cloudless, Levelled, PerBand, Shares
+from aomc_sky.source.light.brightness import (
+    DIFCOL,
+    Brightness,
+    Broadband,
+    Cloudless,
+    Levelled,
+    OfTheSky,
+    PerBand,
+    Shares,
+)
 from aomc_sky.source.light.said import Said, Speakers, moment_said, sun_said
-from aomc_sky.source.light.skies import OF_IRRADIANCES, Perez, Sky
+from aomc_sky.source.light.skies import OF_IRRADIANCES, OF_MODEL, Perez, Sky
 
 _PLACE = ("zenith_deg", "azimuth_deg", "time", "latitude_deg", "longitude_deg")
 _DISC = ("disc", "disc:False")
 _LIGHT = (*AMOUNTS, *WEATHER_FILES, "row", "spectrum", *CLEAR_SKY, "altitude_m")
-_SKY = ("coefficients", *MODEL, "polarisation", *LIGHTS, *READING)
+OF_SKY = ("coefficients", *MODEL, "polarisation")
+"""Inputs of a diffuse sky."""
+_SKY = (*OF_SKY, *LIGHTS, *READING)
 _OTHER_SKY = "; write {sky:perez} for another sky"
 
 
@@ -26,9 +37,12 @@ def refuse_unused(speakers: Speakers, answer: Brightness, sky: Sky, given: Itera
     is_placed = sun_said(speakers).zenith_deg is not None and not sky.is_whole
     is_missed = is_placed and not answer.has_beam and "diffuse_only" not in names  # a warning asks for the beam
     if is_missed or needs_sun(speakers, answer, sky):
-        used |= {*_PLACE, *(["altitude_m"] if "time" in names else [])}
+        used |= set(_PLACE)
+    used |= {"altitude_m"} if "time" in names and "time" in used else set()
+    if isinstance(sky, Perez) and sky.shape is None and not isinstance(_inner(answer), Cloudless):
+        used -= set(OF_IRRADIANCES)
     used |= {*(_DISC if is_launched else ()), *(["polarisation"] if sky.has_sun else [])}
-    hint = _hint(sky) | (dict.fromkeys((*_PLACE, *_DISC), "; leave it out") if "diffuse_only" in names else {})
+    hint = _hint(sky, answer) | (dict.fromkeys((*_PLACE, *_DISC), "; leave it out") if "diffuse_only" in names else {})
     shape = f" of {sky.shape.text}" if isinstance(sky, Perez) and sky.shape is not None else ""
     refuse_names(names, used, light=str(answer), sky=f"{sky.made_of}{shape}", hint=hint)
 
@@ -59,28 +73,37 @@ def refuse_names(names: Iterable[str], used: set[str], *, light: str, sky: str, 
     said = []
     for group, reason in reasons:
         if found := [name for name in idle if name in group]:
-            advice = next((hint[name] for name in found if name in hint), "")
+            advice = next((hint[name] for name in reversed(found) if name in hint), "")
             are, it = ("is", "it") if len(found) == 1 else ("are", "them")
             said.append(f"{listed(found)} {are} not used: {reason}{say(advice.replace('leave it', f'leave {it}'))}")
     if said:
         raise UsageError(". ".join(said))
 
 
-def _hint(sky: Sky) -> dict[str, str]:
+def _inner(answer: Brightness) -> Brightness:
+    """The answer without a level."""
+    return answer.of if isinstance(answer, Levelled) else answer
+
+
+def _hint(sky: Sky, answer: Brightness) -> dict[str, str]:
     """What to write in the place of an input."""
-    of_two = "; it needs two of {dni}, {dhi} and {ghi}"
-    other_sky = "" if isinstance(sky, Perez) else _OTHER_SKY
+    of_two, alone = "; it needs two of {dni}, {dhi} and {ghi}", "; leave it out"
+    is_named = sky.is_whole and sky.name != "table"  # a file that is named alone has no other sky
+    other_sky = "" if isinstance(sky, Perez) else alone if is_named else _OTHER_SKY
+    cloudless = "; write {spectrum:spectrl2} for a cloudless sky"
+    if not isinstance(answer, OfTheSky):
+        cloudless = (
+            "; leave it out, or leave out what says that light and write {spectrum:spectrl2} for a cloudless sky"
+        )
+    beam = f"{of_two} beside {sky.made_of}"
+    if sky.is_whole:
+        beam = f"{'; write' if is_named else f'{_OTHER_SKY}, or'} two of {{dni}}, {{dhi}} and {{ghi}} for a beam"
     return {
         **dict.fromkeys(("coefficients", *MODEL), other_sky),
         **dict.fromkeys(OF_IRRADIANCES, other_sky or of_two),
-        **dict.fromkeys(
-            (*_PLACE, *_DISC),
-            f"{of_two} beside {sky.made_of}"
-            if not sky.is_whole
-            else _OTHER_SKY + ", or two of {dni}, {dhi} and {ghi} for a beam",
-        ),
+        **dict.fromkeys((*_PLACE, *_DISC), beam),
         "spectrum": of_two,
-        **dict.fromkeys(CLEAR_SKY, "; write {spectrum:spectrl2} without irradiances for a cloudless sky"),
+        **dict.fromkeys(CLEAR_SKY, cloudless),
         "polarisation": "; take a sky with a sun: {sky:perez}, {sky:cie} or {sky:harrison-coombes}",
         **dict.fromkeys(LIGHTS, "; it needs [atmosphere] in sky.toml"),
         **dict.fromkeys(READING, "; leave it out"),
@@ -89,7 +112,7 @@ def _hint(sky: Sky) -> dict[str, str]:
 
 def notes_of_files(speakers: Speakers, answer: Brightness, sky: Sky, *, is_lit: bool) -> tuple[str, ...]:
     """Notes on what files say and the light has no use for."""
-    notes = [note_of_sun(speakers, None)] if moment_said(speakers) is not None else []
+    notes = [note_of_sun(speakers, None)]
     for one in speakers:
         if one.is_file:
             notes += [f"{what} not used: {why}" for what, why in _unused_of(one, answer, sky, is_lit)]
@@ -98,7 +121,7 @@ def notes_of_files(speakers: Speakers, answer: Brightness, sky: Sky, *, is_lit: 
 
 def _unused_of(one: Said, answer: Brightness, sky: Sky, is_lit: bool) -> Iterable[tuple[str, str]]:
     """What a file says and is not used, and why."""
-    light, inner = f"the light is that of {answer}", answer.of if isinstance(answer, Levelled) else answer
+    light, inner = f"the light is that of {answer}", _inner(answer)
     is_shape = is_lit and isinstance(sky, Perez) and sky.shape is one.perez
     is_heard = isinstance(inner, Broadband) and inner.amounts is one.perez
     if one.perez.has_set and not (is_shape or is_heard):
@@ -122,13 +145,19 @@ def _unused_of(one: Said, answer: Brightness, sky: Sky, is_lit: bool) -> Iterabl
 
 
 def note_of_sun(speakers: Speakers, true_zenith_deg: float | None) -> str:
-    """The note where a time or a weather file says where the sun is, and files say it, too."""
-    moment, before = moment_said(speakers), sun_said([one for one in speakers if one.is_file])
-    if moment is None or before.zenith_deg is None:
+    """The note where a time, a weather file or a model says where the sun is, and files say it, too."""
+    moment, suns = moment_said(speakers), [one.sun for one in speakers if one.is_file]
+    said = sun_said([one for one in speakers if not one.is_file])
+    if moment is None and suns and suns[0].origin.startswith(OF_MODEL) and said.zenith_deg is None:
+        said, suns = suns[0], suns[1:]
+    elif moment is None:
         return ""
-    zenith = moment.sun_zenith_deg if true_zenith_deg is None else true_zenith_deg
+    before = sun_said([Said(sun=one) for one in suns if not one.origin.startswith(OF_MODEL)])
+    if before.zenith_deg is None:
+        return ""
+    zenith = said.zenith_deg if true_zenith_deg is None else true_zenith_deg
     return (
         f"{before.origin}: its sun at a zenith angle of {before.zenith_deg:g} and an azimuth of "
-        f"{before.azimuth_deg or 0.0:g} degrees is not used: the sun is at {zenith:.4f} and "
-        f"{moment.sun_azimuth_deg:.4f} ({moment.origin})"
+        f"{before.azimuth_deg or 0.0:g} degrees is not used: the sun is at {zenith:.4f} and {said.azimuth_deg:.4f} "
+        f"({said.origin})"
     )

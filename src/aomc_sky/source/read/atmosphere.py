@@ -15,7 +15,7 @@ from aomc_sky.formats.sky_toml.keys import GLOW_KEY
 from aomc_sky.formats.sky_toml.sections import AtmosphereSection, moon_direction
 from aomc_sky.formats.units import AU_M
 from aomc_sky.grid import PatchGrid
-from aomc_sky.inputs import LIGHTS
+from aomc_sky.inputs import AMOUNTS, LIGHTS
 from aomc_sky.skies.atmosphere.description.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.medium import Medium
@@ -68,8 +68,8 @@ def _with_lights(atmosphere: SceneAtmosphere, lights: Mapping[str, float]) -> Sc
 
 
 _USED = (
-    "zenith_deg", "azimuth_deg", "time", "latitude_deg", "longitude_deg", "altitude_m", "disc", "disc:False",
-    "diffuse_only", "polarisation", *LIGHTS,
+    "zenith_deg", "azimuth_deg", "time", "latitude_deg", "longitude_deg", "disc", "disc:False", "diffuse_only",
+    "polarisation", *LIGHTS,
 )  # fmt: skip
 """Inputs that an atmosphere uses."""
 
@@ -82,7 +82,9 @@ def atmosphere_light(
     With a date the sun has its distance of that day. `given` are further inputs of the caller.
     """
     names, what = (*names_said(speakers), *given), "the atmosphere of sky.toml"
-    refuse_names(names, set(_USED), light=what, sky=what, hint=dict.fromkeys(names, "; write {sky:perez} to use it"))
+    hint = dict.fromkeys(names, "; leave it out") | dict.fromkeys(AMOUNTS, "; write {sky:perez} to use it")
+    used = {*_USED, *(["altitude_m"] if "time" in names else [])}
+    refuse_names(names, used, light=what, sky=what, hint=hint)
     lights = {name: value for one in speakers for name, value in one.lights.items()}
     atmosphere, moment = _with_lights(atmosphere, lights), moment_said(speakers)
     sun = place_of(speakers, "an atmosphere", may_have_set=True)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.errors import FieldError, InputFileError
+from aomc_sky.errors import FieldError, InputFileError, UsageError
 from aomc_sky.formats import netcdf
 from aomc_sky.formats.hdf5_storage import require_size
 from aomc_sky.formats.radiance_words import SunAngles
@@ -64,15 +64,20 @@ class SkyField:
     def as_sky(self, folder: str, *, per_solid_angle: bool) -> FieldSky:
         """The field as the sky of a scene."""
         sky = self.sky
+        if per_solid_angle and sky.radiance_unit:
+            raise UsageError(
+                "weighting 'solid-angle' is for a sky in relative units, and this field is in W m-2 nm-1 on the "
+                "horizontal surface; leave it out"
+            )
         if per_solid_angle:
-            sky = dataclasses.replace(sky, weighting=Weighting.SOLID_ANGLE, slope=None, radiance_unit=0.0)
+            sky = dataclasses.replace(sky, weighting=Weighting.SOLID_ANGLE, slope=None)
         return FieldSky(
             sky=sky, file=self.section.file, reading=self.reading, options={"field": self.as_options(folder)}
         )
 
 
 READ_BY = (
-    "zenith_deg", "azimuth_deg", "time", "latitude_deg", "longitude_deg", "altitude_m", "weighting"
+    "zenith_deg", "azimuth_deg", "time", "latitude_deg", "longitude_deg", "weighting"
 )  # fmt: skip
 """Inputs that say how a field is read."""
 

@@ -225,9 +225,11 @@ def _light(files: SceneFiles, speakers: Speakers, reading: Reading) -> tuple[Lig
         light = atmosphere_light(speakers, given, bands=files.bands, atmosphere=files.atmosphere)
         return in_absolute_units(light, files.bands, about), {"weighting": "projected"}
     sky, how = _sky_of(files, speakers, reading)
-    if isinstance(sky, Model):
+    if isinstance(sky, Model) and files.sky == GIVEN:
         speakers = with_sun_of(sky, speakers)
-    return light_of(speakers, sky, files.bands, files=about, given=given), how
+    nm = files.bands.wavelength_nm
+    wanted = only_bands(np.ones(nm.size, np.int64), reading.wavebands, nm) > 0
+    return light_of(speakers, sky, files.bands, wanted, files=about, given=given), how
 
 
 def _sky_of(files: SceneFiles, speakers: Speakers, reading: Reading) -> tuple[Sky, dict[str, Any]]:
