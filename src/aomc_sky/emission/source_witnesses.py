@@ -18,7 +18,7 @@ from aomc_sky.emission.band import StreamWords
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.kernels.arithmetic.elementary import unit
 from aomc_sky.kernels.arithmetic.rng import later_words
-from aomc_sky.kernels.cells.laws import directions_of, positions_in_cells
+from aomc_sky.kernels.cells.laws import discs_at_horizon, positions_in_cells
 from aomc_sky.kernels.cells.order import SHORT_LIMIT, high_step, mix, ranks_of_photons, split_order
 
 N_WITNESSES = 32
@@ -169,7 +169,7 @@ def _horizon_ways(emitter: Emitter, band: int, found: _Candidates, own: np.ndarr
     rank = found.rank[own]
 
     def place(words: tuple[Any, ...], key: Any) -> Any:
-        return directions_of(Law.DISC_AT_HORIZON, p, *words, key, rank, stream.band)  # type: ignore[call-arg]
+        return discs_at_horizon(p, *words, key, rank, stream.band)  # type: ignore[call-arg]
 
     return np.where(_is_taken(place, stream, (u, v)), 0, 1)
 
