@@ -49,11 +49,11 @@ def witnesses(emitter: Emitter, band: int) -> np.ndarray:
     """
     found = _candidates(emitter, band)
     way, inside = np.zeros(found.index.size, np.int64), np.full((found.index.size, 3), UNKNOWN)
-    law = emitter.plan.law[found.cell]
+    law, lobes = emitter.plan.law[found.cell], emitter._lobe_tables
     for is_own, ways in (
         (law == Law.DISC_AT_HORIZON, _horizon_ways),
         ((law == Law.PEREZ) & (emitter._perez_tables is not None), _perez_ways),
-        ((law >= Law.HG) & (law <= Law.BECKMANN), _lobe_ways),
+        (lobes is not None and lobes.lobe[found.cell] >= 0, _lobe_ways),
     ):
         own = np.flatnonzero(is_own)
         if own.size:
