@@ -7,7 +7,7 @@ import enum
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -183,6 +183,7 @@ class Component:
         return f"<Component {self.name!r}: {self.law.name}, {self.n_cells} cell{'s' * (self.n_cells != 1)}{rows}>"
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "law", Law(self.law))
         names = ("strength", "mass", "cell", "weight", "shared", "bounds", "slope", "stokes", "irradiance_W_m2_nm")
         for name, value in zip(names, unmasked("a component", [getattr(self, name) for name in names]), strict=True):
             if value is not None:
@@ -239,7 +240,10 @@ class Component:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CellLaw:
-    """The facts about a law besides its directions. A fact that the law does not have is None or an empty text."""
+    """What a law needs: entries are in `plan/laws.py`. A fact that the law does not have is None or an empty text.
+
+    The formula of `directions` is also in `direction_of` of the kernels and `direction` of aomc_sky.h.
+    """
 
     #: Mean of mu and of 1 / mu over each cell of a component, (n_cell,) each; of its first row.
     moments: Callable[[Component], tuple[np.ndarray, np.ndarray]]
@@ -272,10 +276,12 @@ class CellLaw:
     #: (n_cell, 6) and `bounds`.
     refused: Callable[[np.ndarray, np.ndarray | None], tuple[str, str, str] | None] = lambda cell, bounds: None
 
-    #: The common law by which photons start, where a rejection follows.
+    #: Travel directions in plain numpy, from the six parameters of each photon's cell, u, v, key, rank and band.
+    directions: Callable[..., Any] | None = None
+    #: The law whose directions they are instead, where slopes come before them or a rejection after them.
     starts_as: Law | None = None
     #: Hook that the emission calls: "perez", "lobes" or none.
-    hook: str = ""
+    hook: Literal["", "perez", "lobes"] = ""
     #: Makes the tables of the hook from the components of a plan: an object with `for_slots(slots)`.
     hook_tables: Callable[[Sequence[Component]], Any] | None = None
 

@@ -9,8 +9,10 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
+from aomc_sky.component import Law
 from aomc_sky.emission import source_file
 from aomc_sky.emission.source_file import checksum
+from aomc_sky.plan.laws import law_of
 from tests.support.host_programs import run
 from tests.support.sampled import table_of
 from tests.support.shared import REPOSITORY
@@ -85,7 +87,7 @@ def test_heads_and_records(data, at, new, code):
     assert code_of(with_bytes(data, at, new)) == code
 
 
-WIDTHS = {"cumulative": 4, "guide": 4, "lobe": 4, "bins": 4, "law": 1}
+WIDTHS = {"cumulative": 4, "guide": 4, "lobe": 4, "bins": 4}
 
 
 @pytest.mark.parametrize(
@@ -98,7 +100,6 @@ WIDTHS = {"cumulative": 4, "guide": 4, "lobe": 4, "bins": 4, "law": 1}
         ("place", 0, (2**63,)),
         ("place", 1, (2**31,)),
         ("words", 0, (0x7F800000_00000000, 0x42000000_00000000)),  # infinity; a growth of 32
-        ("law", 0, (5, 255)),
         ("perez_bound", 0, (np.nan, -1.0)),
         ("perez_sky", 3, (np.inf,)),
         ("lobe", 30, (99, 2**32 - 2)),
@@ -119,6 +120,16 @@ def test_a_number_of_a_table_out_of_its_bounds(data, section, index, values):
     (_, offset, count), width = entry(data, section), WIDTHS.get(section, 8)
     for value in values:
         assert code_of(with_bytes(data, offset + width * (index % count), word(value, width))) == "TABLE"
+
+
+def test_no_law_but_those_of_the_table(data):
+    """Of a cell that is not a lobe, and of one that is."""
+    (_, offset, count), (_, lobes, _) = entry(data, "law"), entry(data, "lobe")
+    is_lobe = np.frombuffer(data, "<i4", count, lobes) >= 0
+    known = [{law for law in Law if law_of(law).directions}, {law for law in Law if law_of(law).hook == "lobes"}]
+    for cell, laws in zip((0, int(np.argmax(is_lobe))), known, strict=True):
+        codes = {number: code_of(with_bytes(data, offset + cell, word(number % 256, 1))) for number in range(-128, 128)}
+        assert {number for number, code in codes.items() if code != "TABLE"} == laws
 
 
 @pytest.mark.parametrize("section", ["cumulative", "guide", "place", "words", "law", "bins", "witnesses", "perez_word"])

@@ -2,6 +2,7 @@
 
 import functools
 import io
+import itertools
 import json
 import os
 import struct
@@ -15,6 +16,7 @@ import numpy as np
 
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.plan import npz_bytes
 from tests.support.host_scenes import disc, perez
 from tests.support.lobes import lobe_sky
@@ -145,6 +147,9 @@ def _reversed_inside(array):
     return array
 
 
+_NO_LAW = next(number for number in itertools.count() if number not in set(Law))
+_WITH_TABLES = [int(law) for law in Law if law_of(law).tables or law_of(law).has_slopes]
+
 _VALUES = tuple(
     Damage(*row)
     for row in (
@@ -159,10 +164,10 @@ _VALUES = tuple(
         ("table", "row_of_band", "E954", "-1", _put(0, -1)),
         ("table", "mass", "E954", "negative", _put((0, 0), -0.1)),
         ("table", "mass", "E954", "above 1", _put((0, 0), 1.1)),
-        *(("table", "law", "E954", str(law), lambda a, v=law: np.full_like(a, v)) for law in (99, -1, 10, 127)),
+        *(("table", "law", "E954", str(law), lambda a, v=law: np.full_like(a, v)) for law in (_NO_LAW, 99, -1, 127)),
         ("table", "law", "E954", "two in a component", _put(3, 1)),
         ("table", "law", "E954", "4 of a table", _put(slice(None), 4)),
-        *(("table", "law", "E952", f"{v} without tables", _put(slice(None), v)) for v in (5, 6, 7, 8, 9)),
+        *(("table", "law", "E952", f"{v} without tables", _put(slice(None), v)) for v in _WITH_TABLES),
         ("perez", "law", "E952 E954", "4 without a grid", _put(slice(None), 4)),
         ("table", "cell", "E953", "of five columns", lambda a: np.ascontiguousarray(a[:, :5])),
         ("table", "component_start", "E954", "from 1", _put(0, 1)),

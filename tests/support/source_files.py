@@ -16,6 +16,7 @@ import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.component import Law
 from aomc_sky.emission.source_file import tables_of
+from aomc_sky.plan.laws import law_of
 from tests.support import fairness
 from tests.support.host_scenes import WAVEBANDS, components, disc, perez, table
 from tests.support.shared import REPOSITORY
@@ -181,7 +182,7 @@ MORE = {
     "wide disc": lambda: disc(30, 4.0),
     "perez in narrow cells": lambda: perez(9, 120),
     "lobes and all": _with_lobes,
-    "lobes": lambda: tuple(c for c in _with_lobes() if Law.HG <= c.law <= Law.BECKMANN),
+    "lobes": lambda: tuple(c for c in _with_lobes() if law_of(c.law).hook == "lobes"),
 }
 HOST_SCENES = ("table", "narrow cells", "sparse", "wide cells", "solid angle", "disc and table", "everything", "perez")
 SCENES = (*HOST_SCENES, *MORE)

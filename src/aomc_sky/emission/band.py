@@ -23,6 +23,7 @@ from aomc_sky.kernels.arithmetic.constants import (
     RING_STEP,
 )
 from aomc_sky.kernels.arithmetic.elementary import NARROW_HALF_WIDTH
+from aomc_sky.kernels.cells.laws import DRAWN
 from aomc_sky.kernels.cells.order import split_order
 from aomc_sky.plan.options import Order, Placement
 from aomc_sky.plan.plan import Plan
@@ -30,7 +31,6 @@ from aomc_sky.plan.streams import philox_pair, photon_keys
 
 _SHORT = 2**32
 _LONG_RUN = 8
-_COMMON = (Law.CELL_MU2, Law.CELL_MU, Law.BEAM, Law.DISC, Law.DISC_AT_HORIZON)
 _UPPER_HALF = np.uint64(0xFFFFFFFF00000000)
 
 
@@ -247,9 +247,10 @@ def pack_band(
     is_complete = slots.size == law.size
     ends, guide, shift = _search(cumulative[slots], n)
     width = cells.width if is_complete else cells.width[slots]
-    azimuth_kernel, slot_law, one_disc = _azimuth_kernel(law[slots], counts[slots], width)
     perez = None if perez_tables is None else (*perez_tables.for_slots(slots), stream.accept)
     lobes = None if lobe_tables is None else (*lobe_tables.for_slots(slots), *lobe_steps)
+    is_lobe = np.zeros(slots.size, bool) if lobes is None else lobes[0] >= 0
+    azimuth_kernel, slot_law, one_disc = _azimuth_kernel(law[slots], counts[slots], width, is_lobe)
     is_common = not slot_law.size and int(azimuth_kernel) <= int(QUARTER) and slopes is None and not stream.jitter
     words = cells.with_ring_offsets(stream.ring_offsets)
     return Band(
@@ -291,12 +292,14 @@ def _search(before: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.uint
 
 
 def _azimuth_kernel(
-    slot_law: np.ndarray, count: np.ndarray, width: np.ndarray
+    slot_law: np.ndarray, count: np.ndarray, width: np.ndarray, is_lobe: np.ndarray
 ) -> tuple[np.uint64, np.ndarray, np.int32]:
     """The loop that makes most slots, the law of each slot where they differ, the slot of a disc that alone differs."""
+    if not np.all(is_lobe | np.isin(slot_law, DRAWN)):
+        raise NotImplementedError(f"no kernel draws the laws {set(slot_law[~is_lobe].tolist()) - set(DRAWN)}")
     main = _main_law(slot_law, count)
     is_main = slot_law == main
-    is_same = is_main | ~np.isin(slot_law, _COMMON)  # a hook overwrites photons of other laws
+    is_same = is_main | is_lobe  # the hook overwrites photons of lobes
     others = np.flatnonzero(~(is_same | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
     has_one_disc = others.size == 1 and slot_law[others[0]] == Law.DISC
     widths = set(np.flatnonzero(np.bincount(width, weights=is_main)).tolist()) - {0}

@@ -18,7 +18,7 @@ from aomc_sky.emission.band import StreamWords
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.kernels.arithmetic.elementary import unit
 from aomc_sky.kernels.arithmetic.rng import later_words
-from aomc_sky.kernels.cells.laws import directions_of, positions_in_cells
+from aomc_sky.kernels.cells.laws import discs_at_horizon, positions_in_cells
 from aomc_sky.kernels.cells.order import SHORT_LIMIT, high_step, mix, ranks_of_photons, split_order
 
 N_WITNESSES = 32
@@ -49,11 +49,11 @@ def witnesses(emitter: Emitter, band: int) -> np.ndarray:
     """
     found = _candidates(emitter, band)
     way, inside = np.zeros(found.index.size, np.int64), np.full((found.index.size, 3), UNKNOWN)
-    law = emitter.plan.law[found.cell]
+    law, lobes = emitter.plan.law[found.cell], emitter._lobe_tables
     for is_own, ways in (
         (law == Law.DISC_AT_HORIZON, _horizon_ways),
         ((law == Law.PEREZ) & (emitter._perez_tables is not None), _perez_ways),
-        ((law >= Law.HG) & (law <= Law.BECKMANN), _lobe_ways),
+        (lobes is not None and lobes.lobe[found.cell] >= 0, _lobe_ways),
     ):
         own = np.flatnonzero(is_own)
         if own.size:
@@ -169,7 +169,7 @@ def _horizon_ways(emitter: Emitter, band: int, found: _Candidates, own: np.ndarr
     rank = found.rank[own]
 
     def place(words: tuple[Any, ...], key: Any) -> Any:
-        return directions_of(Law.DISC_AT_HORIZON, p, *words, key, rank, stream.band)  # type: ignore[call-arg]
+        return discs_at_horizon(p, *words, key, rank, stream.band)  # type: ignore[call-arg]
 
     return np.where(_is_taken(place, stream, (u, v)), 0, 1)
 

@@ -187,7 +187,9 @@ typedef struct aomc_sky_photon_double {
     int32_t patch;
 } aomc_sky_photon_double;
 
+/* Laws by which cells start: those of `direction`, and the first and the last one of lobes. */
 enum { AOMC_SKY_CELL_MU2, AOMC_SKY_CELL_MU, AOMC_SKY_BEAM, AOMC_SKY_DISC, AOMC_SKY_DISC_AT_HORIZON };
+enum { AOMC_SKY_HG = 6, AOMC_SKY_BECKMANN = 8 };
 enum { AOMC_SKY_NARROW, AOMC_SKY_QUARTER, AOMC_SKY_ANY_WIDTH, AOMC_SKY_IN_MU };
 
 #define SKY_LAST_TRIAL 10000
@@ -1161,7 +1163,8 @@ SKY_HOST int aomc_sky_check_cells(const aomc_sky_source *s, uint64_t n_words) {
         }
         bad += !aomc_sky_are_bounded(p, 6, DBL_MAX) || !aomc_sky_are_bounded(p + 3, 1, 4.0);
         bad += !aomc_sky_are_bounded(p + 1, 1, 4.0);
-        if (s->law && !(s->lobe && s->lobe[k] >= 0)) bad += s->law[k] < 0 || s->law[k] > AOMC_SKY_DISC_AT_HORIZON;
+        if (s->law && s->lobe && s->lobe[k] >= 0) bad += s->law[k] < AOMC_SKY_HG || s->law[k] > AOMC_SKY_BECKMANN;
+        else if (s->law) bad += s->law[k] < 0 || s->law[k] > AOMC_SKY_DISC_AT_HORIZON;
         if (s->slopes) {
             int32_t u = (int32_t)(s->slopes[k] >> 32), v = (int32_t)(s->slopes[k] & SKY_LOW);
             bad += u <= -(1 << 30) || u >= 1 << 30 || v <= -(1 << 30) || v >= 1 << 30;

@@ -157,8 +157,7 @@ def check_members(members: Mapping[str, Any], options: Any) -> None:
     n_cell, start, law = lengths["n_cell"], members["component_start"], members["law"]
     rises = start[0] == 0 and start[-1] == n_cell and np.all(start[1:] > start[:-1])
     _require(rises, "E954", "component_start", f"expected increasing cell numbers from 0 to {n_cell}")
-    in_range = law.min() >= min(Law) and law.max() <= max(Law)
-    _require(in_range, "E954", "law", f"expected laws from {min(Law)} to {max(Law)}")
+    _require(np.isin(law, list(Law)).all(), "E954", "law", f"expected laws from {min(Law)} to {max(Law)}")
     changes = np.flatnonzero(law[1:] != law[:-1]) + 1
     _require(np.isin(changes, start).all(), "E954", "law", "expected one law for all cells of a component")
     for k, number in enumerate(law[start[:-1]].tolist()):

@@ -1,7 +1,4 @@
-"""Properties of each law, by its number: laws outside the slices, and the modules of the others.
-
-Directions are in `aomc_sky.kernels.cells.laws`, those of a slice in its kernels.
-"""
+"""All that a law needs, by its number: laws outside the slices, and the modules of the others."""
 
 from __future__ import annotations
 
@@ -12,6 +9,7 @@ import numpy as np
 
 from aomc_sky.component import CellLaw, Component, Law
 from aomc_sky.directions import sin_cos_deg
+from aomc_sky.kernels.cells.laws import DRAWN, discs, discs_at_horizon, in_mu, in_mu2
 
 _GAUSS_POINTS = 128
 
@@ -127,16 +125,22 @@ _NO_DISC = "write disc = false in [sun] of sky.toml"
 
 #: The law of a number, or for a law of a slice "module:OBJECT".
 _LAWS: dict[Law, CellLaw | str] = {
-    Law.CELL_MU2: CellLaw(moments=_cell_mu2),
-    Law.CELL_MU: CellLaw(moments=_cell_mu, coordinate=lambda zenith_deg: 2 * np.sin(np.deg2rad(zenith_deg) / 2) ** 2),
-    Law.BEAM: CellLaw(moments=_cell_mu2, is_beam=True),
+    Law.CELL_MU2: CellLaw(directions=in_mu2, moments=_cell_mu2),
+    Law.CELL_MU: CellLaw(
+        directions=in_mu,
+        moments=_cell_mu,
+        coordinate=lambda zenith_deg: 2 * np.sin(np.deg2rad(zenith_deg) / 2) ** 2,
+    ),
+    Law.BEAM: CellLaw(directions=in_mu2, moments=_cell_mu2, is_beam=True),
     Law.DISC: CellLaw(
+        directions=discs,
         moments=_disc,
         reaches_horizon=lambda cell: cell[:, 1] <= cell[:, 2],  # cos z <= sin r
         is_beam=True,
         leave_out=_NO_DISC,
     ),
     Law.DISC_AT_HORIZON: CellLaw(
+        directions=discs_at_horizon,
         moments=_disc_at_horizon,
         reaches_horizon=lambda cell: np.ones(len(cell), dtype=bool),
         is_beam=True,
@@ -160,9 +164,17 @@ _LAWS: dict[Law, CellLaw | str] = {
 @cache
 def law_of(number: Law) -> CellLaw:
     """The law of a number; the module of a slice is imported when the first plan or scene has its law."""
-    law = _LAWS[number]
-    if isinstance(law, CellLaw):
-        return law
-    module, _, name = law.partition(":")
-    found: CellLaw = getattr(import_module(module), name)
-    return found
+    law = _LAWS.get(number)
+    if isinstance(law, str):
+        module, _, name = law.partition(":")
+        law = getattr(import_module(module), name)
+        assert isinstance(law, CellLaw)
+    if law is None:
+        raise NotImplementedError(f"law {number!r} is not known: add its entry to _LAWS of plan/laws.py")
+    start = number if law.directions else law.starts_as
+    if start is None and not law.hook:
+        raise NotImplementedError(f"law {number!r} has no directions: add directions, starts_as or hook to its entry")
+    if start is not None and start not in DRAWN:
+        place = "kernels/cells/laws.py, and its formula to direction_of in emission/kernels/emit.py and to aomc_sky.h"
+        raise NotImplementedError(f"no kernel draws law {start!r}: add its number to DRAWN in {place}")
+    return law

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.component import Law
 from aomc_sky.kernels.arithmetic.constants import U64
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
-from aomc_sky.kernels.cells.laws import BECKMANN, HG, PEREZ, directions_of, positions_in_cells, sloped
+from aomc_sky.kernels.cells.laws import positions_in_cells, sloped
 from aomc_sky.kernels.cells.order import ranks_of_photons
 from aomc_sky.kernels.formula import formula, kind_of, larger, select
+from aomc_sky.plan.laws import law_of
 
 _BLOCK = 4096  # records of intermediate arrays that stay in the cache
 
@@ -56,20 +58,22 @@ def emit(
     for code in np.flatnonzero(np.bincount(law)):
         chosen = slice(None) if np.all(law == code) else np.flatnonzero(law == code)
         p = tuple(cells[:, j][cell[chosen]] for j in range(6))
-        if code == PEREZ and perez is not None:
+        own = law_of(Law(code))
+        if own.hook == "perez" and perez is not None:
             from aomc_sky.skies.perez.kernels.cells import accept_words, place_perez
 
             looked_up = (perez[0][cell[chosen]], perez[1][cell[chosen]], perez[2])
             word = accept_words(rank[chosen], perez[3], place_key, band, jitter)
             directions = place_perez(p, looked_up, u[chosen], v[chosen], word, place_key, rank[chosen], band)
-        elif HG <= code <= BECKMANN:
+        elif own.hook == "lobes":
             from aomc_sky.skies.lobes.kernels.law import lobe_words, place_lobes
 
             lobe = lobes[0][cell[chosen]]
             word = lobe_words(rank[chosen], lobe, lobes[3], shifts, steps, lobes[2], place_key, band, jitter)
             directions = place_lobes(lobe, lobes[1], word, place_key, rank[chosen], band)
         else:
-            directions = directions_of(code, p, u[chosen], v[chosen], place_key, rank[chosen], band)
+            draw = own.directions or law_of(own.starts_as).directions
+            directions = draw(p, u[chosen], v[chosen], place_key, rank[chosen], band)
         ux[chosen], uy[chosen], uz[chosen] = directions
 
 

@@ -36,7 +36,11 @@ from aomc_sky.kernels.arithmetic.elementary import (
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.formula import by_width, formula, kind_of, smaller
 
-CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON, PEREZ, HG, GGX, BECKMANN, CELL_SLOPED = range(10)
+CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON = DRAWN = range(5)
+"""Numbers of the laws whose directions are in `direction_of` of the emission and `direction` of aomc_sky.h."""
+
+HG, BECKMANN = 6, 8
+"""The first and the last law of lobes, whose photons have their turn later."""
 
 
 _below_one = by_width(lambda x: smaller(x, np.float32(1.0 - 2.0**-24)), lambda x: smaller(x, 1.0 - 2.0**-53))
@@ -127,7 +131,13 @@ def disc_at_horizon_trial(h0, h1, h2, h3, t0, t1, u, v):
     return dx * dx + dy * dy + dz * dz <= h2, -(far * (c * t1 - s * t0)), -(far * (c * t0 + s * t1)), -mu
 
 
-def _discs_at_horizon(p, u, v, key, rank, band):
+def discs(p, u, v, key, rank, band):
+    """`CellLaw.directions` of DISC, and below those of the other laws."""
+    return disc(*p, u, v)
+
+
+def discs_at_horizon(p, u, v, key, rank, band):
+    """By as many trials as each photon needs."""
     out = [np.empty_like(u) for _ in range(3)]
     left = np.arange(u.size)
     trial = 0
@@ -149,14 +159,16 @@ def turned(t0, t1, half_width, v):
     return sincos_turned_any(t0, t1, half_width, v)
 
 
-def directions_of(law, p, u, v, key, rank, band):
-    """Travel directions of photons of one law in plain numpy; p holds the six parameters of each."""
-    if law == DISC:
-        return disc(*p, u, v)
-    if law == DISC_AT_HORIZON:
-        return _discs_at_horizon(p, u, v, key, rank, band)
+def in_mu2(p, u, v, key, rank, band):
+    """Of CELL_MU2 and BEAM."""
     h0, h1, h2, half_width, t0, t1 = p
-    return (from_mu if law == CELL_MU else from_mu2)(h0, h1, h2, u, *turned(t0, t1, half_width, v))
+    return from_mu2(h0, h1, h2, u, *turned(t0, t1, half_width, v))
+
+
+def in_mu(p, u, v, key, rank, band):
+    """Of CELL_MU."""
+    h0, h1, h2, half_width, t0, t1 = p
+    return from_mu(h0, h1, h2, u, *turned(t0, t1, half_width, v))
 
 
 def positions_in_cells(rank, jitter, key, band, shifts, steps, ring_offset, like):
