@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import values
 from aomc_sky.errors import UsageError
 from aomc_sky.inputs import CLEAR_SKY, INPUTS, LIGHTS, MODEL, MOMENT, PEREZ, SUN, WEATHER_FILES, Input
-from aomc_sky.outputs.photon_formats import RUN_FORMATS
+from aomc_sky.outputs.photon_formats import run_formats
 
 if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
@@ -220,7 +220,7 @@ _SHARED = f"""\
 --azimuth-bins n+1|n    n: azimuth indices run from 1 to n (default n+1, from 0)
 --bins equal|degrees    meaning of the indices of skydist.inp (default: what the file declares, else equal bins)
 --compat aomc|          everything as the AOMC 1.2.2 program does it
---format {"|".join(RUN_FORMATS)}|none  photon files, repeatable (default npy); source: source.sky, for codes in C
+--format {"|".join(run_formats())}|none  photon files, repeatable (default npy); source: source.sky, for codes in C
                         or Fortran; none: counts and plan only
 --iterations N          photons per waveband instead of line 1 of amc.inp, also as 1e6
 --json                  one JSON object on standard output and nothing else

@@ -24,7 +24,7 @@ from aomc_sky.outputs.manifest import (
     read_manifest,
     scene_part,
 )
-from aomc_sky.outputs.photon_formats import RUN_FORMATS, SOURCE, SOURCE_FILE, photon_writer
+from aomc_sky.outputs.photon_formats import SOURCE, SOURCE_FILE, photon_writer, run_formats
 from aomc_sky.outputs.photons.files import (
     BLOCK,
     ChunkPool,
@@ -139,8 +139,8 @@ def write_run(
     require_kind(scene, Scene, "write_run(scene, out, seed=1)")
     chosen = tuple(dict.fromkeys([formats] if isinstance(formats, str) else formats))
     for name in chosen:
-        if name not in RUN_FORMATS:
-            raise UsageError(f"formats are {', '.join(RUN_FORMATS)}, got {name!r}")
+        if name not in run_formats():
+            raise UsageError(f"formats are {', '.join(run_formats())}, got {name!r}")
     amc = scene.input_files.get("amc")
     check_folder(Path(out) if os.fspath(out) else "", "out", scene=None if amc is None else Path(amc).parent)
     n_threads, memory = as_number_of(threads, "threads", 0, 1024), sampling.get("max_memory_bytes")
