@@ -15,7 +15,7 @@ from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageErro
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.report import more_memory
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands, counts_file
+from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands, counts_file, in_columns_of
 from aomc_sky.outputs.manifest import (
     build_manifest,
     differences,
@@ -273,10 +273,11 @@ def finished_manifest(source: PhotonSource, folder: RunFolder, formats: Sequence
     if not {*formats} - {"none"} <= {*complete} or next(differences(manifest, expected), None):
         return None
     name, counts = counts_file(source)
-    if [one for one in COUNTS_FILES if one in files] != [name] or files[name] != len(counts):
+    if [one for one in COUNTS_FILES if one in files] != [name]:
         return None
     with folder.reading(name) as file:
-        return manifest if file.read(len(counts)) == counts else None
+        found = file.read(len(counts) + 1)
+    return manifest if found == in_columns_of(found, counts) else None
 
 
 def stream_job(source: PhotonSource, pipe: BinaryIO, threads: int, progress: Progress | None = None) -> JobResult:

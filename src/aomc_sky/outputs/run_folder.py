@@ -24,7 +24,7 @@ from typing import BinaryIO
 import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, UsageError
-from aomc_sky.outputs.counts import COLUMNS
+from aomc_sky.outputs.counts import table_version
 from aomc_sky.outputs.photon_formats import WAVEBAND, format_of
 from aomc_sky.plan.plan import Plan
 from aomc_sky.system import (
@@ -406,7 +406,7 @@ def is_ours(path: Path, head: str = "") -> bool:
         return False
     if not first or any(first.startswith(start) and mark in first + last for start, mark in _PICTURES):
         return True
-    if first.startswith(COLUMNS.encode()) or (head and first.startswith(head.encode())):
+    if table_version(first) or (head and first.startswith(head.encode())):
         return True
     return last.rstrip(b"\n").rpartition(b"\n")[2].startswith(b"# aomc-sky bins=")
 
