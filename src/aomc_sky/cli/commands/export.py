@@ -25,7 +25,7 @@ examples:
 _OPTIONS = """\
 --out PATH                    folder, or a file of mcpl (.mcpl), netcdf (.nc), source (.sky) or envmap (.npy, .hdr,
                               .exr); default beside RUN: RUN.mcpl, RUN.nc, RUN.sky, or RUN-FORMAT for a folder
---waveband I                  only this band, from 1; repeatable; netcdf and source always hold all
+--waveband I*                 only this band, from 1; netcdf and source always hold all
 --scene AMC_INP               amc.inp of the run's scene, for aomc: its files are copied beside the sky
 --threads
 --force                       replace what is there
