@@ -98,6 +98,13 @@ def output_is_written(copy):
     records = np.fromfile(copy / "out/photons-0001.f64").reshape(-1, 3)
     assert len(records) == 1000
     np.testing.assert_array_equal(records, np.load(copy / "out/photons-0001.npy"))
+    in_copy(copy, COMMAND, "export", "out", "--to", "double", "-q")
+    assert (copy / "out-double/photons-0001.f64").read_bytes() == (copy / "out/photons-0001.f64").read_bytes()
+    in_copy(copy, COMMAND, *words, "--format", "npy", "--seed", "2", "--force")
+    assert not list(copy.glob("out/*.f64"))
+    shutil.copy(copy / "out-double/photons-0001.f64", copy / "out")
+    failed = COMMAND.replace("sys.exit(main(sys.argv[1:]))", "assert main(sys.argv[1:]) == 5")
+    in_copy(copy, failed, "verify", "out", "-q")
 
 
 CHECKS = {"sky": sky_is_tested, "input option": option_is_taken, "output": output_is_written}
