@@ -23,6 +23,7 @@ from typing import Any, NoReturn
 import pytest
 from hypothesis import HealthCheck, settings
 
+from aomc_sky.outputs.photon_formats import PHOTON_FORMATS
 from aomc_sky.system import n_cpus
 from tests.support.backend import begin_process
 from tests.support.fault_rows import command
@@ -128,6 +129,12 @@ def told(capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
         return said
 
     return call
+
+
+@pytest.fixture
+def double(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A photon format in the table that the package does not have; its files do not end in its name."""
+    monkeypatch.setitem(PHOTON_FORMATS, "double", "tests.support.double_format:DoubleWriter")
 
 
 @pytest.fixture(scope="session")

@@ -46,9 +46,8 @@ class Room:
 
     name: str
     sentence: str
-    files: int = 1
-    rooms: dict[str, int] = field(default_factory=dict)  #: sub-room -> number of its files
-    uses: Counter[str] = field(default_factory=Counter)  #: other room -> files here that import from it
+    rooms: list[str] = field(default_factory=list)  #: sub-rooms
+    uses: set[str] = field(default_factory=set)  #: other rooms that files here import from
 
 
 def sentence_of(path: Path) -> str:
@@ -74,16 +73,14 @@ def read_rooms() -> dict[str, Room]:
     for top in sorted(PACKAGE.iterdir()):
         if (top / "__init__.py").is_file():
             files = sorted(path for path in top.rglob("*.py") if path.name != "__init__.py")
-            room = Room(top.name, sentence_of(top / "__init__.py"), len(files))
-            for sub in sorted(path.parent for path in top.glob("*/__init__.py")):
-                room.rooms[sub.name] = sum(path.name != "__init__.py" for path in sub.rglob("*.py"))
+            subs = sorted(path.parent.name for path in top.glob("*/__init__.py"))
+            room = Room(top.name, sentence_of(top / "__init__.py"), subs)
         elif top.suffix == ".py" and not top.stem.startswith("__"):
             files, room = [top], Room(top.stem, sentence_of(top))
         else:
             continue
         for path in files:
-            for name in {module.split(".")[0] for module in imported(path)} - {room.name}:
-                room.uses[name] += 1
+            room.uses |= {module.split(".")[0] for module in imported(path)} - {room.name}
         rooms[room.name] = room
     return rooms
 
@@ -185,9 +182,9 @@ class Drawing:
             for row in chips:
                 left = x + 10
                 for name in row:
-                    wide = chip_width(name, room.rooms[name])
+                    wide = chip_width(name)
                     self.box(left, y, wide, 19, PAPER, "#aab6c0")
-                    self.text(left + 6, y + 14, f"{name}/ {room.rooms[name]}", 11)
+                    self.text(left + 6, y + 14, f"{name}/", 11)
                     self.spots[f"{room.name}.{name}"] = (left + wide + 11, y + 10)
                     left += wide + CHIP_GAP
                 y += 24
@@ -202,14 +199,14 @@ class Drawing:
         sentence = textwrap.wrap(room.sentence, int((width - 20) / 6.1))
         rows: list[list[str]] = [[]]
         left = 0.0
-        for name, n in room.rooms.items():
-            if left + chip_width(name, n) > width - 20:
+        for name in room.rooms:
+            if left + chip_width(name) > width - 20:
                 rows.append([])
                 left = 0.0
             rows[-1].append(name)
-            left += chip_width(name, n) + CHIP_GAP
+            left += chip_width(name) + CHIP_GAP
         used = sorted(room.uses, key=lambda name: (depth[name], name))
-        text = "; uses ".join(part for part in (counted(room.files), ", ".join(used)) if part)
+        text = f"uses {', '.join(used)}" if used else ""
         return sentence, rows if room.rooms else [], textwrap.wrap(text, int((width - 20) / 5.0))
 
     def way(self) -> None:
@@ -249,23 +246,18 @@ class Drawing:
         )
 
 
-def counted(n: int) -> str:
-    """A number of files in words."""
-    return f"{n} file" + "s" * (n != 1)
-
-
-def chip_width(name: str, n: int) -> float:
+def chip_width(name: str) -> float:
     """Width of a sub-room's label in the drawing."""
-    return 6.4 * len(f"{name}/ {n}") + 12
+    return 6.4 * len(f"{name}/") + 12
 
 
 def table(rooms: dict[str, Room], layers: list[list[str]]) -> str:
     """Every room and sub-room with its sentence, as Markdown."""
-    lines = ["| room | what it is | files |", "| --- | --- | --- |"]
+    lines = ["| room | what it is |", "| --- | --- |"]
     for name in (name for layer in layers for name in layer):
-        lines.append(f"| **{name}** | {rooms[name].sentence} | {rooms[name].files} |")
-        for sub, n in rooms[name].rooms.items():
-            lines.append(f"| {name}/{sub} | {sentence_of(PACKAGE / name / sub / '__init__.py')} | {n} |")
+        lines.append(f"| **{name}** | {rooms[name].sentence} |")
+        subs = ((f"{name}/{sub}", sentence_of(PACKAGE / name / sub / "__init__.py")) for sub in rooms[name].rooms)
+        lines += [f"| {sub} | {sentence} |" for sub, sentence in subs]
     return "\n".join([*lines, ""])
 
 

@@ -4,6 +4,7 @@ Exit code and a few words of the one message here; whole messages of frequent mi
 mistakes.md. With --json an error is one object of a published schema.
 """
 
+import argparse
 import json
 import re
 import shlex
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli import commands
+from aomc_sky.cli.options import add_table
 from aomc_sky.cli.usage import COMMANDS
 from tests.support.fault_rows import command
 from tests.support.shared import INPUTS, REPOSITORY
@@ -342,3 +344,11 @@ def test_help_is_short_and_says_where_the_rest_is(name, monkeypatch, capsys):
         assert listed["--help"] < listed["--help-all"]
         assert len(listed["--help-all"] - listed["--help"]) == n_hidden
     assert commands.__doc__.count(f"aomc-sky {name}`") == 1
+
+
+def test_the_row_of_an_option_says_whether_it_may_be_repeated_and_not_its_help():
+    parser = argparse.ArgumentParser()
+    add_table(parser, "--once I  a number, not repeatable\n--often I*  numbers\n--of a|b*  words")
+    found = parser.parse_args(["--once", "1", "--once", "2", "--often", "1", "--often", "2", "--of", "a", "--of", "b"])
+    assert (found.once, found.often, found.of) == (2, [1, 2], ["a", "b"])
+    assert [action.help for action in parser._actions[2:]] == ["numbers; repeatable", "words; repeatable"]

@@ -22,6 +22,17 @@ def test_drawing_and_table_are_those_of_the_code(tmp_path):
         assert drawn == shown, f"run python docs/figures/draw_architecture.py, which makes {name} anew"
 
 
+def test_a_new_file_changes_neither_drawing_nor_table(tmp_path):
+    for name in ("src", "docs/figures"):
+        shutil.copytree(REPOSITORY / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+    shutil.copy(REPOSITORY / "pyproject.toml", tmp_path)
+    new = tmp_path / "src" / "aomc_sky" / "outputs" / "photons" / "new.py"
+    new.write_text('"""Photons in a new format."""\n\nfrom aomc_sky.outputs.photons.files import PhotonWriter\n')
+    subprocess.run([sys.executable, str(tmp_path / "docs" / "figures" / "draw_architecture.py")], check=True)
+    for name in ("architecture.svg", "rooms.md"):
+        assert (tmp_path / "docs" / "figures" / name).read_text() == (FIGURES / name).read_text()
+
+
 def test_there_is_a_change_for_everything_that_is_often_added():
     assert [name for name, _ in CHANGES] == ["sky", "input option", "output"]
 
@@ -87,6 +98,13 @@ def output_is_written(copy):
     records = np.fromfile(copy / "out/photons-0001.f64").reshape(-1, 3)
     assert len(records) == 1000
     np.testing.assert_array_equal(records, np.load(copy / "out/photons-0001.npy"))
+    in_copy(copy, COMMAND, "export", "out", "--to", "double", "-q")
+    assert (copy / "out-double/photons-0001.f64").read_bytes() == (copy / "out/photons-0001.f64").read_bytes()
+    in_copy(copy, COMMAND, *words, "--format", "npy", "--seed", "2", "--force")
+    assert not list(copy.glob("out/*.f64"))
+    shutil.copy(copy / "out-double/photons-0001.f64", copy / "out")
+    failed = COMMAND.replace("sys.exit(main(sys.argv[1:]))", "assert main(sys.argv[1:]) == 5")
+    in_copy(copy, failed, "verify", "out", "-q")
 
 
 CHECKS = {"sky": sky_is_tested, "input option": option_is_taken, "output": output_is_written}

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import values
 from aomc_sky.errors import UsageError
 from aomc_sky.inputs import CLEAR_SKY, INPUTS, LIGHTS, MODEL, MOMENT, PEREZ, SUN, WEATHER_FILES, Input
-from aomc_sky.outputs.photon_formats import RUN_FORMATS
+from aomc_sky.outputs.photon_formats import run_formats
 
 if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
@@ -52,9 +52,10 @@ def add_table(
 ) -> None:
     """Add the options of a table that looks like help.
 
-    A row is --quiet, --size PX, --range LOW HIGH, --norm log|linear or --wavelengths NM..., two blanks, and the help;
-    lines that begin with a blank continue it. The type comes from `kinds`, or else from the word for the value. A row
-    without help names options of `_SHARED`. A row that ends with a colon begins a group.
+    A row is --quiet, --size PX, --range LOW HIGH, --norm log|linear, --wavelengths NM... or --waveband I*, two blanks,
+    and the help; lines that begin with a blank continue it. A star means that the option may be repeated. The type
+    comes from `kinds`, or else from the word for the value. A row without help names options of `_SHARED`. A row that
+    ends with a colon begins a group.
     """
     parser = group
     for row in _rows(table):
@@ -86,7 +87,7 @@ def _add(
     if not rest:
         group.add_argument(*flags, action="store_true", help=text)
         return
-    value = rest[0].removesuffix("...")
+    value = rest[0].removesuffix("*").removesuffix("...")
     how: dict[str, Any] = {"type": kinds.get(name) or _KINDS.get(value), "default": defaults.get(name), "help": text}
     if "|" in value and "NAME" not in value:
         how["choices"] = value.rstrip("|").split("|")
@@ -94,10 +95,10 @@ def _add(
         how["metavar"] = value if len(rest) == 1 else tuple(rest)
     if len(rest) > 1:
         how["nargs"] = len(rest)
-    if value != rest[0]:
+    if rest[0].endswith("..."):
         how |= {"type": values.wavelengths, "action": "extend", "metavar": "NM [NM ...]"}
-    if "repeatable" in text:
-        how["action"] = "append"
+    if rest[0].endswith("*"):
+        how |= {"action": "append", "help": f"{text}; repeatable"}
     group.add_argument(*flags, **how)
 
 
@@ -161,13 +162,12 @@ a measured sky (.csv, .tsv) or a radiance field (.nc; default: what the file sta
 --wavelength-unit nm|um|m|angstrom  of its wavelengths
 --radiance-unit UNIT    of its radiances, such as 'mW m-2 nm-1 sr-1', or relative
 --decimal point|comma   sign of the decimals of a table
---coordinate ROLE=NAME  a column or coordinate of another name: zenith, elevation, azimuth or wavelength, as zenith=vza;
-                        repeatable
+--coordinate ROLE=NAME*  a column or coordinate of another name: zenith, elevation, azimuth or wavelength, as zenith=vza
 --variable NAME         the radiance, where it has another name; alone, without Q and U beside it
 --variable-q NAME       the Stokes parameter Q, where its name is not radiance_q; with --variable-u
 --variable-u NAME       the same of U
 --stokes-signs Q U      1 or -1 for each: factors that bring them to our signs (docs/conventions.md)
---isel DIM=INDEX        the index to take of a further dimension, from 0; repeatable
+--isel DIM=INDEX*       the index to take of a further dimension, from 0
 """
 
 
@@ -215,13 +215,12 @@ def _sky_option(text: str) -> tuple[str, Any]:
 _SHARED = f"""\
 --allocation systematic|largest-remainder|multinomial|aomc  how photons are distributed over the patches (default
                         systematic)
---allow-path DIR        folder below which files named in sky.toml or in an .atmo file may lie, besides its own;
-                        repeatable
+--allow-path DIR*       folder below which files named in sky.toml or in an .atmo file may lie, besides its own
 --azimuth-bins n+1|n    n: azimuth indices run from 1 to n (default n+1, from 0)
 --bins equal|degrees    meaning of the indices of skydist.inp (default: what the file declares, else equal bins)
 --compat aomc|          everything as the AOMC 1.2.2 program does it
---format {"|".join(RUN_FORMATS)}|none  photon files, repeatable (default npy); source: source.sky, for codes in C
-                        or Fortran; none: counts and plan only
+--format {"|".join(run_formats())}|none*  photon files (default npy); source: source.sky, for codes in C or Fortran;
+                        none: counts and plan only
 --iterations N          photons per waveband instead of line 1 of amc.inp, also as 1e6
 --json                  one JSON object on standard output and nothing else
 --lenient               use Fortran's value if a person would read another one
@@ -237,10 +236,10 @@ _SHARED = f"""\
                         skydist.inp; none: the backgrounds of sky.toml alone; NAME: overcast, cardioidal,
                         cie (--sky-option type=1 to 15), harrison-coombes, or a model of another package
                         (`aomc-sky info --skies`)
---sky-option KEY=VALUE  an option of a named sky, as in [sky] of sky.toml; repeatable
+--sky-option KEY=VALUE*  an option of a named sky, as in [sky] of sky.toml
 --strict                warnings are errors
 --threads N             threads, 1 to 1024 (default: all CPUs)
---waveband I            only this band, from 1; repeatable
+--waveband I*           only this band, from 1
 --weighting listed|projected|solid-angle|aomc  meaning of the values of skydist.inp: masses (listed,
                         the default) or radiances times solid angle
 --weights               carry weights where the launch law is not the flux law
@@ -430,7 +429,7 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
 
 
 _BACKGROUND_OPTIONS = """\
---animation NAME      only this animation; repeatable (default: all)
+--animation NAME*     only this animation (default: all)
 --utc-offset HOURS    local time less UTC, for the midnight of repeating animations (default 0)
 --interpolation crossfade|slerp  between two keys both lobes fade (default), or one turns
 """

@@ -5,17 +5,18 @@ from __future__ import annotations
 import contextlib
 import os
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from aomc_sky.engine.export_formats import exports
 from aomc_sky.engine.stored_run import StoredRun
 from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
-from aomc_sky.outputs.photon_formats import SOURCE, SOURCE_FILE, photon_writer
+from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
 from aomc_sky.outputs.photons.files import PhotonFiles, Progress, emit_photons, photon_files, require_space, total_size
 from aomc_sky.outputs.photons.mcpl import McplWriter
-from aomc_sky.outputs.run_folder import RunFolder, create_folder
+from aomc_sky.outputs.run_folder import RunFolder, create_folder, is_run_file
 from aomc_sky.system import prepare_target
 
 
@@ -23,7 +24,7 @@ from aomc_sky.system import prepare_target
 class ExportOptions:
     """The format and the target of an export; they change no photon."""
 
-    to: str  #: one of `EXPORTS`
+    to: str  #: one of `exports`
     out: str | None = None  #: file or folder; `target_of` has the default
     wavebands: list[int] | None = None  #: only these [1-based]
     scene: str | None = None  #: amc.inp of the run's scene, for `aomc`
@@ -54,10 +55,10 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
     """
     started, bands = time.perf_counter(), run.chosen(options.wavebands)
     folder, name = target_of(run, options)
-    make, target = EXPORTS[options.to].make, folder / name
+    export, target = exports()[options.to], folder / name
     if (not name or options.to == "envmap") and folder.resolve() == run.path.resolve():
         raise UsageError(f"--out {options.out} is {'in ' if name else ''}the run itself; name another folder")
-    if name in _OF_A_RUN and folder.resolve() == run.path.resolve():  # verify would take it for the run's
+    if is_run_file(name) and folder.resolve() == run.path.resolve():  # verify would take it for the run's
         raise UsageError(f"--out {options.out}: {target.name} in the run is the run's own; name another file or folder")
     job = _Job(run=run, options=options, bands=bands, folder=RunFolder(folder), name=name, progress=progress)
     if name:  # the others create their folder once the export is known to be possible
@@ -67,8 +68,9 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
             raise ForeignOutputError(f"{target} is a link to another file; name that file, or add --force")
         create_folder(folder)
         prepare_target(target)
-    names, was_finished = make(job)
-    if options.to in _SCALAR and run.source.has_polarisation:
+    module, _, function = export.make.partition(":")
+    names, was_finished = getattr(import_module(module), function)(job)
+    if export.is_scalar and run.source.has_polarisation:
         job.notes.append(
             f"the light is polarised, and {options.to} has no Stokes vectors: its files have the radiance alone"
         )
@@ -91,7 +93,7 @@ def target_of(run: StoredRun, options: ExportOptions) -> tuple[Path, str]:
 
     The default is beside the run folder ``out``: ``out-npy``, ``out.mcpl``.
     """
-    export = EXPORTS[options.to]
+    export = exports()[options.to]
     if options.out is None:
         ending = Path(export.file_name).suffix
         beside = run.path.with_name(run.path.name + (ending or f"-{options.to}"))
@@ -107,7 +109,8 @@ def target_of(run: StoredRun, options: ExportOptions) -> tuple[Path, str]:
     if out.exists() and not is_folder:
         named = f", or a name that ends in {' or '.join(export.endings)}" if export.endings else ""
         raise UsageError(f"--out {options.out} is there and no folder; --to {options.to} takes a folder{named}")
-    other_endings = {one for to in EXPORTS.values() for one in to.endings} | {".csv"}
+    other_endings = {one for to in exports().values() for one in to.endings}
+    other_endings |= {Path(photon_writer(one).names[0]).suffix for one in PHOTON_FORMATS}
     if ending in other_endings.difference(export.endings) or (ending and export.is_strict and not is_folder):
         endings = " or ".join(filter(None, [", ".join(export.endings[:-1]), *export.endings[-1:]]))
         named = f"a name that ends in {endings} is a file, and " if endings else ""
@@ -118,7 +121,7 @@ def target_of(run: StoredRun, options: ExportOptions) -> tuple[Path, str]:
     return out, export.file_name
 
 
-def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
+def export_mcpl(job: _Job) -> tuple[list[str], bool]:
     """One MCPL file."""
     (file,) = photon_files(job.folder, [McplWriter(job.run.source, job.name)], job.bands)
     if not job.options.force and job.folder.size_of(job.name) is not None:
@@ -129,7 +132,7 @@ def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
     return [job.name], False
 
 
-def _export_photons(job: _Job) -> tuple[list[str], bool]:
+def export_photons(job: _Job) -> tuple[list[str], bool]:
     """Photon files as a run writes them; complete files are kept."""
     source, force = job.run.source, job.options.force
     files = photon_files(job.folder, [photon_writer(job.options.to)(source)], job.bands)
@@ -149,7 +152,8 @@ def _foreign(target: Path) -> str:
     return f"{target} exists and holds something else; choose another --out, or add --force to replace it"
 
 
-def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
+def export_netcdf(job: _Job) -> tuple[list[str], bool]:
+    """Counts and masses in one netCDF file."""
     from aomc_sky.outputs.tables.netcdf import plan_of_netcdf, write_netcdf
 
     target = job.folder.path / job.name
@@ -161,7 +165,8 @@ def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
     return [job.name], False
 
 
-def _export_source(job: _Job) -> tuple[list[str], bool]:
+def export_source(job: _Job) -> tuple[list[str], bool]:
+    """The source for other codes in one file."""
     data, size = job.run.source.to_bytes(), job.folder.size_of(job.name)
     if not job.options.force and size is not None:
         with job.folder.reading(job.name) as file:
@@ -172,7 +177,7 @@ def _export_source(job: _Job) -> tuple[list[str], bool]:
     return [job.name], False
 
 
-def _export_envmap(job: _Job) -> tuple[list[str], bool]:
+def export_envmap(job: _Job) -> tuple[list[str], bool]:
     """A map and its meaning: a file of any ending and one beside it, or two in a folder."""
     from aomc_sky.outputs import envmap
 
@@ -199,7 +204,8 @@ def _export_envmap(job: _Job) -> tuple[list[str], bool]:
     return [name, axes_name], False
 
 
-def _export_aomc(job: _Job) -> tuple[list[str], bool]:
+def export_aomc(job: _Job) -> tuple[list[str], bool]:
+    """A folder that the AOMC program runs."""
     from aomc_sky.outputs.aomc.skydist import aomc_sky, check_scene, water_note, write_aomc_folder
 
     source = job.run.source
@@ -223,32 +229,3 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
         )
     job.notes.extend(filter(None, [water_note(job.folder)]))
     return names, False
-
-
-_OF_A_RUN = ("photons.mcpl", SOURCE_FILE)
-"""Files of an export that have the names of a run's own."""
-
-_SCALAR = ("aomc", "envmap")
-"""Formats of light without polarisation."""
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class _Export:
-    """A format."""
-
-    make: Callable[[_Job], tuple[list[str], bool]]  #: writes it, returns the files and whether they were there
-    file_name: str = ""  #: in a folder, where it is one file; empty: it is a folder
-    endings: tuple[str, ...] = ()  #: of names that are a file
-    is_strict: bool = False  #: a name with another ending is no folder
-
-
-EXPORTS = {
-    "mcpl": _Export(make=_export_mcpl, file_name="photons.mcpl", endings=(".mcpl",)),
-    "npy": _Export(make=_export_photons),
-    "csv": _Export(make=_export_photons),
-    "netcdf": _Export(make=_export_netcdf, file_name="counts.nc", endings=(".nc",)),
-    "aomc": _Export(make=_export_aomc),
-    "envmap": _Export(make=_export_envmap, endings=(".npy", ".hdr", ".exr"), is_strict=True),
-    SOURCE: _Export(make=_export_source, file_name=SOURCE_FILE, endings=(Path(SOURCE_FILE).suffix,)),
-}
-"""The formats by their names."""

@@ -15,7 +15,7 @@ from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageErro
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.report import more_memory
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands, counts_file
+from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands, counts_file, in_columns_of
 from aomc_sky.outputs.manifest import (
     build_manifest,
     differences,
@@ -24,7 +24,7 @@ from aomc_sky.outputs.manifest import (
     read_manifest,
     scene_part,
 )
-from aomc_sky.outputs.photon_formats import RUN_FORMATS, SOURCE, SOURCE_FILE, photon_writer
+from aomc_sky.outputs.photon_formats import SOURCE, SOURCE_FILE, photon_writer, run_formats
 from aomc_sky.outputs.photons.files import (
     BLOCK,
     ChunkPool,
@@ -139,8 +139,8 @@ def write_run(
     require_kind(scene, Scene, "write_run(scene, out, seed=1)")
     chosen = tuple(dict.fromkeys([formats] if isinstance(formats, str) else formats))
     for name in chosen:
-        if name not in RUN_FORMATS:
-            raise UsageError(f"formats are {', '.join(RUN_FORMATS)}, got {name!r}")
+        if name not in run_formats():
+            raise UsageError(f"formats are {', '.join(run_formats())}, got {name!r}")
     amc = scene.input_files.get("amc")
     check_folder(Path(out) if os.fspath(out) else "", "out", scene=None if amc is None else Path(amc).parent)
     n_threads, memory = as_number_of(threads, "threads", 0, 1024), sampling.get("max_memory_bytes")
@@ -273,10 +273,11 @@ def finished_manifest(source: PhotonSource, folder: RunFolder, formats: Sequence
     if not {*formats} - {"none"} <= {*complete} or next(differences(manifest, expected), None):
         return None
     name, counts = counts_file(source)
-    if [one for one in COUNTS_FILES if one in files] != [name] or files[name] != len(counts):
+    if [one for one in COUNTS_FILES if one in files] != [name]:
         return None
     with folder.reading(name) as file:
-        return manifest if file.read(len(counts)) == counts else None
+        found = file.read(len(counts) + 1)
+    return manifest if found == in_columns_of(found, counts) else None
 
 
 def stream_job(source: PhotonSource, pipe: BinaryIO, threads: int, progress: Progress | None = None) -> JobResult:

@@ -8,10 +8,17 @@ import numpy as np
 
 from aomc_sky.emission.photon_source import PhotonSource
 
-COLUMNS = (
-    "waveband,wavelength_nm,sky_wavelength_nm,component,zenith_index,azimuth_index,"
-    "zenith_lo_deg,zenith_hi_deg,azimuth_lo_deg,azimuth_hi_deg,mass,expected,photons"
+COLUMNS = dict.fromkeys(
+    (
+        *("waveband", "wavelength_nm", "sky_wavelength_nm", "component", "zenith_index", "azimuth_index"),
+        *("zenith_lo_deg", "zenith_hi_deg", "azimuth_lo_deg", "azimuth_hi_deg", "mass", "expected", "photons"),
+    ),
+    1,
 )
+"""Column of counts.csv -> version of the table that brought it. A new column brings a new version: ``| {"name": 2}``.
+
+The first line of a file says its version, since each version has other columns.
+"""
 COUNTS_FILES = ("counts.csv", "counts.npz")
 """The file of counts: as text, and for many rows."""
 
@@ -49,7 +56,7 @@ def counts_csv(source: PhotonSource, bands: list[int], masses: list[np.ndarray])
     is_lit = np.any([mass > 0 for mass in masses], axis=0)
     texts, text_of = cell_texts(source, np.flatnonzero(is_lit)), np.cumsum(is_lit) - 1
     counts = source.counts
-    lines = [COLUMNS]
+    lines = [",".join(COLUMNS)]
     for band, mass in zip(bands, masses, strict=True):
         plan_band = source.plan.bands[band]
         wavelength, sky = _number(plan_band.wavelength_nm), _number(plan_band.sky_wavelength_nm)
@@ -63,6 +70,24 @@ def counts_csv(source: PhotonSource, bands: list[int], masses: list[np.ndarray])
         rows = zip(*(column.tolist() for column in columns), strict=True)
         lines += [f"{head}{texts[k]},{shares[share]},{n}" for k, share, n in rows]
     return "\n".join([*lines, ""]).encode("ascii")
+
+
+def table_version(data: bytes) -> int:
+    """The version of the table that a file begins with, or 0."""
+    head = data.partition(b"\n")[0].decode("ascii", "replace").split(",")
+    return max(
+        (v for v in COLUMNS.values() if head == [name for name, since in COLUMNS.items() if since <= v]), default=0
+    )
+
+
+def in_columns_of(found: bytes, made: bytes) -> bytes:
+    """The file of counts as it is made now; where the one that was found is older, with the columns of its version."""
+    version = table_version(found)
+    if not 0 < version < table_version(made):
+        return made
+    kept = [k for k, since in enumerate(COLUMNS.values()) if since <= version]
+    rows = (line.split(b",") for line in made.splitlines())
+    return b"".join(b",".join(row[k] for k in kept) + b"\n" for row in rows)
 
 
 def counts_npz(source: PhotonSource, bands: list[int], masses: list[np.ndarray]) -> bytes:

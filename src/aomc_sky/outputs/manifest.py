@@ -15,7 +15,7 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import OutputError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.counts import chosen_bands
-from aomc_sky.outputs.photon_formats import columns_of
+from aomc_sky.outputs.photon_formats import columns_of, format_of
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.plan.plan import OTHER_PROCESSOR
 from aomc_sky.plan.streams import STREAM_VERSION
@@ -93,7 +93,7 @@ def build_manifest(
         "total": sum(band.launched for band in bands),
         "files": {
             name: {"bytes": size, "numbers": RAW_NUMBERS, "columns": list(columns_of(source))}  # it has no head
-            if name.endswith(".raw")
+            if format_of(name) == "raw"
             else {"bytes": size}
             for name, size in sorted(files.items())
         },

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -14,22 +16,38 @@ PHOTON_FORMATS = {
     "raw": "aomc_sky.outputs.photons.raw:RawWriter",
     "csv": "aomc_sky.outputs.photons.csv:CsvWriter",
 }
-"""Name of a photon format, in which its files end -> "module:Class", in the order of manifests."""
+"""Name of a photon format -> "module:Class" of its writer, in the order of manifests.
 
-FOLDER_FORMATS = tuple(name for name in PHOTON_FORMATS if name != "csv")
-"""Formats of photons in a run folder; csv is for export alone."""
+The names of files in a run folder, the files that --force removes, those that `verify` reads, and the choices of `run`
+and `export` follow from it.
+"""
 
 SOURCE, SOURCE_FILE = "source", "source.sky"
 """The format that holds no photons, but their source for other codes; and its file in a run folder."""
 
-RUN_FORMATS = (*FOLDER_FORMATS, SOURCE)
-"""What a run writes."""
+WAVEBAND = "(?:[0-9]{4}|[1-9][0-9]{4,8})"
+"""Pattern of the number of a waveband in the name of a file."""
+
+
+def run_formats() -> list[str]:
+    """What a run writes; csv is for export alone."""
+    return [*(name for name in PHOTON_FORMATS if name != "csv"), SOURCE]
 
 
 def photon_writer(name: str) -> Any:
     """The writer class of a photon format."""
     module, _, attribute = PHOTON_FORMATS[name].partition(":")
     return getattr(import_module(module), attribute)
+
+
+def format_of(file_name: str) -> str | None:
+    """The photon format whose files have such a name."""
+    return next((name for name in PHOTON_FORMATS if _pattern(photon_writer(name).names).fullmatch(file_name)), None)
+
+
+@cache
+def _pattern(names: tuple[str, ...]) -> re.Pattern[str]:
+    return re.compile("|".join(map(re.escape, names)).replace(re.escape("{:04d}"), WAVEBAND))
 
 
 def columns_of(source: PhotonSource) -> tuple[str, ...]:

@@ -24,8 +24,8 @@ from typing import BinaryIO
 import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, UsageError
-from aomc_sky.outputs.counts import COLUMNS
-from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
+from aomc_sky.outputs.counts import table_version
+from aomc_sky.outputs.photon_formats import WAVEBAND, format_of
 from aomc_sky.plan.plan import Plan
 from aomc_sky.system import (
     EXCLUSIVE,
@@ -47,11 +47,8 @@ MANIFEST = "manifest.json"
 PART = ".part"
 """Ending of the names of files that several processes fill."""
 
-_WAVEBAND = "(?:[0-9]{4}|[1-9][0-9]{4,8})"
-"""Pattern of the number of a waveband in the name of a file."""
-
 _OTHERS = re.compile(
-    rf"plan\.npz|manifest\.json|counts\.(?:csv|npz)|source\.sky|shard-[0-9]{{1,7}}-of-[0-9]{{1,7}}\.done|blocks-{_WAVEBAND}\.npy"
+    rf"plan\.npz|manifest\.json|counts\.(?:csv|npz)|source\.sky|shard-[0-9]{{1,7}}-of-[0-9]{{1,7}}\.done|blocks-{WAVEBAND}\.npy"
 )
 """Files that hold no photons; the last is of version 0.2."""
 
@@ -60,10 +57,9 @@ def is_run_file(name: str) -> bool:
     """Whether this is the name of a file of a run."""
     if _OTHERS.fullmatch(name) is not None:
         return True
-    name = name.removesuffix(PART) if name.endswith(f".npy{PART}") else name
-    ending = name.rpartition(".")[2]
-    names = map(re.escape, photon_writer(ending).names if ending in PHOTON_FORMATS else ())
-    return any(re.fullmatch(pattern.replace(re.escape("{:04d}"), _WAVEBAND), name) for pattern in names)
+    if name.endswith(PART):  # shards are npy
+        return format_of(name.removesuffix(PART)) == "npy"
+    return format_of(name) is not None
 
 
 LOCK = ".aomc-sky.lock"
@@ -410,7 +406,7 @@ def is_ours(path: Path, head: str = "") -> bool:
         return False
     if not first or any(first.startswith(start) and mark in first + last for start, mark in _PICTURES):
         return True
-    if first.startswith(COLUMNS.encode()) or (head and first.startswith(head.encode())):
+    if table_version(first) or (head and first.startswith(head.encode())):
         return True
     return last.rstrip(b"\n").rpartition(b"\n")[2].startswith(b"# aomc-sky bins=")
 

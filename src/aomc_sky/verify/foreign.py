@@ -41,8 +41,9 @@ def open_photons(
     for band in bands:
         if not 0 <= band < n_bands:
             raise UsageError(f"waveband {band + 1} is not in this scene; it has wavebands 1 to {n_bands}")
-    by_ending = {Path(writer.names[0]).suffix: writer for writer in map(photon_writer, PHOTON_FORMATS)}
-    writer: type[PhotonWriter] = by_ending.get(Path(path).suffix.lower(), by_ending[".mcpl"])
+    ending, writers = Path(path).suffix.lower(), map(photon_writer, PHOTON_FORMATS)
+    fitting = (writer for writer in writers if Path(writer.names[0]).suffix == ending)
+    writer: type[PhotonWriter] = next(fitting, photon_writer("mcpl"))
     return writer.read(Path(path), wavelength_nm, bands, weights)
 
 

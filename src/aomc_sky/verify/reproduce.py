@@ -14,9 +14,9 @@ import numpy as np
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import OutputError
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands, counts_file
+from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands, counts_file, in_columns_of, table_version
 from aomc_sky.outputs.manifest import differences, manifest_again, scene_part
-from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, SOURCE, SOURCE_FILE, photon_writer
+from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, SOURCE, SOURCE_FILE, format_of, photon_writer
 from aomc_sky.outputs.photons.files import (
     BLOCK,
     ChunkPool,
@@ -60,12 +60,12 @@ def verify_run(
     `progress` is called with photons done and photons in all.
     """
     folder, all_bands = RunFolder(path), chosen_bands(source)
-    formats = [name for name in FOLDER_FORMATS if name in manifest["options"]["formats"]]
+    formats = [name for name in PHOTON_FORMATS if name in manifest["options"]["formats"]]
     listed = [*formats, *(name for name in manifest["options"]["formats"] if name == SOURCE)]
     sums: dict[int, PhotonSums] = {}
     compared = [
         _ComparedFiles(folder, part, is_listed=name in formats)
-        for name in FOLDER_FORMATS
+        for name in PHOTON_FORMATS
         if name in {*formats, *stored_files(source, folder, all_bands)}
         for part in photon_files(folder, [photon_writer(name)(source)], all_bands)
         if not {*part.bands}.isdisjoint(bands)
@@ -84,6 +84,7 @@ def verify_run(
         *_source_file_checks(folder, source, is_listed=SOURCE in manifest["options"]["formats"]),
         *_counts_checks(source, bands),
         *(check for files in compared for check in files.checks),
+        *_stray_checks(folder, source, formats),
         _manifest_check(folder, source, manifest, sums if resample == 1 else {}, listed),
     ]
     notes = [f"blocks to make again were drawn with --seed {seed}"] if compared and 0 < resample < 1 else []
@@ -193,13 +194,25 @@ def _counts_file_check(folder: RunFolder, source: PhotonSource) -> Check:
             found = file.read(len(expected) + 1)
     except OutputError:
         return Check(name="counts file", passed=False, detail=f"{name} is missing")
+    made, expected = expected, in_columns_of(found, expected)
     if found == expected:
-        return Check(name="counts file", passed=True, detail=f"{name} agrees with the plan, byte for byte")
+        older = "" if expected is made else f", an older table (version {table_version(found)}),"
+        return Check(name="counts file", passed=True, detail=f"{name}{older} agrees with the plan, byte for byte")
     if name != COUNTS_FILES[0]:
         return Check(name="counts file", passed=False, detail=f"{name} differs from the plan")
     lines = zip([*found.split(b"\n"), b""], [*expected.split(b"\n"), b""], strict=False)
     line = next((k for k, (one, other) in enumerate(lines, 1) if one != other), 0)
     return Check(name="counts file", passed=False, detail=f"{name} differs from the plan, from line {line} on")
+
+
+def _stray_checks(folder: RunFolder, source: PhotonSource, formats: Sequence[str]) -> Iterator[Check]:
+    """A photon file that the plan does not make is left from another run."""
+    bands = chosen_bands(source)
+    writers = [photon_writer(name)(source) for name in {*formats, *stored_files(source, folder, bands)}]
+    own = {layout.name for part in photon_files(folder, writers, bands) for layout in part.layouts}
+    for name in sorted({*folder.names()} - own):
+        if format_of(name) is not None:
+            yield Check(name="photons", passed=False, is_foreign=True, detail=f"{name}: this run makes no such file")
 
 
 def _source_file_checks(folder: RunFolder, source: PhotonSource, *, is_listed: bool) -> Iterator[Check]:

@@ -6,6 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
+from aomc_sky.engine.export_formats import exports
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
@@ -22,10 +23,9 @@ examples:
 """
 
 _OPTIONS = """\
---out PATH                    folder (npy, csv, aomc, envmap) or file (mcpl .mcpl, netcdf .nc, source .sky, envmap
-                              .npy, .hdr or .exr); default beside RUN: RUN-npy, RUN-csv, RUN-aomc, RUN-envmap,
-                              RUN.mcpl, RUN.nc, RUN.sky
---waveband I                  only this band, from 1; repeatable; netcdf and source always hold all
+--out PATH                    folder, or a file of mcpl (.mcpl), netcdf (.nc), source (.sky) or envmap (.npy, .hdr,
+                              .exr); default beside RUN: RUN.mcpl, RUN.nc, RUN.sky, or RUN-FORMAT for a folder
+--waveband I*                 only this band, from 1; netcdf and source always hold all
 --scene AMC_INP               amc.inp of the run's scene, for aomc: its files are copied beside the sky
 --threads
 --force                       replace what is there
@@ -42,7 +42,7 @@ def add_options(parser: Parser) -> None:
     parser.add_argument("run", metavar="RUN", help="run folder")
     parser.add_argument(
         "--to",
-        choices=("mcpl", "npy", "csv", "netcdf", "aomc", "envmap", "source"),
+        choices=tuple(exports()),
         required=True,
         help="the format; see docs/export.md",
     )
@@ -78,7 +78,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
     if arguments.scene is not None and arguments.to != "aomc":
         raise UsageError("--scene is for --to aomc")
-    if arguments.waveband and arguments.to in ("netcdf", "source"):
+    if arguments.waveband and exports()[arguments.to].holds_all:
         raise UsageError(f"--to {arguments.to} holds all wavebands; select one when you read it")
     if arguments.out == "-":
         raise UsageError("--out - is for run; an export has a file or a folder: name it, for example --out sky")

@@ -57,8 +57,7 @@ what is drawn:
 --quantity dop|aop            of a run whose light is polarised: its degree or angle of linear polarisation
 --pull                        of a run: photons less what is expected, over the standard deviation of independent
                               photons
---waveband I                  only this band, or this table of a file, from 1; repeatable (default: all, 12 spread over
-                              more)
+--waveband I*                 only this band, or this table of a file, from 1 (default: all, 12 spread over more)
 --seed INT                    of the counts of a scene, 0 to 2^64-1 (default 0)
 --wavelength --wavelengths NM...  of a background sky, with blanks or commas (default near 550)
 """

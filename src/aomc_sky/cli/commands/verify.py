@@ -34,7 +34,7 @@ _OPTIONS = """\
 -q --quiet                    print what failed, and nothing else
 -v --verbose                  a line for every check of every waveband
 what is checked:
---waveband I                  only the photons of this band, from 1; repeatable
+--waveband I*                 only the photons of this band, from 1
 --resample FRACTION           part of the photons that is made again, in blocks drawn at random, at least one block of
                               each band (default 1: all); 0: none
 --statistics                  test the directions of a run against its sky, too

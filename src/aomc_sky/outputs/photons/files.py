@@ -23,7 +23,7 @@ from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES
-from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, SOURCE, SOURCE_FILE, photon_writer
+from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, SOURCE, SOURCE_FILE, photon_writer
 from aomc_sky.outputs.run_folder import PLAN, RunFolder, os_error
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums, photon_sums
 from aomc_sky.system import n_cpus, write_at
@@ -181,11 +181,10 @@ def photon_files(folder: RunFolder, writers: Iterable[PhotonWriter], bands: Sequ
 def stored_files(source: PhotonSource, folder: RunFolder, bands: Sequence[int]) -> dict[str, list[PhotonFiles]]:
     """Photon files of each format that has at least one file in the run folder."""
     names = {*folder.names()}
-    writers = {key: photon_writer(key) for key in FOLDER_FORMATS if any(name.endswith(f".{key}") for name in names)}
     return {
-        key: photon_files(folder, [writer(source)], bands)
-        for key, writer in writers.items()
-        if not names.isdisjoint(writer.names[0].format(band + 1) for band in bands)
+        key: photon_files(folder, [photon_writer(key)(source)], bands)
+        for key in PHOTON_FORMATS
+        if not names.isdisjoint(photon_writer(key).names[0].format(band + 1) for band in bands)
     }
 
 
