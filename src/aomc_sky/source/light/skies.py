@@ -95,9 +95,10 @@ class Perez:
     @property
     def names(self) -> tuple[str, ...]:
         """Of irradiances also how epsilon and Delta follow from them."""
-        of_set = ("coefficients",) if self.shape is not None and self.shape.coefficients is not None else ("limits",)
+        has_coefficients = self.shape is not None and self.shape.coefficients is not None
         is_of_irradiances = self.shape is None or self.shape.has_irradiances
-        return (*AMOUNTS, *WEATHER_FILES, "row", *of_set, "within", *(OF_IRRADIANCES if is_of_irradiances else ()))
+        idle = {*(["limits"] if has_coefficients else []), *(() if is_of_irradiances else OF_IRRADIANCES)}
+        return (*AMOUNTS, *WEATHER_FILES, "row", "coefficients", *(name for name in MODEL if name not in idle))
 
     def irradiance(self, sun: Sun | None, wavelength_nm: np.ndarray) -> None:
         """It is relative."""
