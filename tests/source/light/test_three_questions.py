@@ -192,6 +192,15 @@ def test_names_of_others_in_braces_stay_as_they_are():
         sky.weather_scene(wavebands=NM, sun_zenith_deg=30.0, sky="perez", sky_options={"{x}": 1})
 
 
+def test_every_input_belongs_to_one_question():
+    """An input of no question would be accepted without use."""
+    from aomc_sky.inputs import INPUTS as ROWS
+    from aomc_sky.source.light import unused
+
+    questions = [*unused._PLACE, "disc", "diffuse_only", *unused._LIGHT, *unused._SKY]
+    assert sorted(questions) == sorted(set(ROWS) - {"sky", "sky_options"})
+
+
 # No beam is brighter than the sun.
 
 
