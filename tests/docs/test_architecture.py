@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 import sys
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -67,6 +68,7 @@ def in_copy(copy, *words):
 
 
 PYTEST = "import pytest; sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', *sys.argv[1:]]))"
+LINTER = "from importlinter.cli import lint_imports; sys.exit(lint_imports(no_cache=True, no_logo=True))"
 COMMAND = "from aomc_sky.cli.main import main; sys.exit(main(sys.argv[1:]))"
 
 
@@ -113,4 +115,6 @@ CHECKS = {"sky": sky_is_tested, "input option": option_is_taken, "output": outpu
 @pytest.mark.slow
 def test_a_change_does_what_the_page_says(changed):
     name, copy = changed
+    if find_spec("importlinter") is not None:
+        in_copy(copy, LINTER)
     CHECKS[name](copy)
