@@ -2,6 +2,7 @@
 
 import ast
 import functools
+import re
 import socket
 import sys
 from typing import NamedTuple
@@ -109,3 +110,13 @@ def test_tests_lie_in_the_rooms_of_the_package():
     folders = {str(path.parent.relative_to(tests)) for path in tests.rglob("test_*.py")} - {"ground", "house"}
     rooms = {name for name in folders if any((at / name).is_dir() for at in (SOURCE, REPOSITORY))}
     assert [name for name in folders - rooms if name.split("/")[0] not in SHARED_TESTS] == []
+
+
+def test_maps_of_rooms_name_what_is_there():
+    """The map in the docstring of a room has a line for each file and folder."""
+    for room in [path for path in SOURCE.rglob("__init__.py") if path.parent != SOURCE]:
+        shown = re.findall(
+            r"^([a-z0-9_]+)/? +\S", ast.get_docstring(ast.parse(room.read_text())).partition("\n")[2], re.M
+        )
+        parts = [path for path in room.parent.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()]
+        assert sorted(shown) == sorted({path.stem for path in parts} - {"__init__"}), room

@@ -8,5 +8,7 @@ irradiance     Irradiance of a scene: in absolute units of each component, and p
 radiance       Radiance of the diffuse light as the photons have it: of patches, and in any direction of the sky
 notebook       A table and the dome of the sky in a notebook
 host           A band's photons inside another code's own loop: jitted functions for numba
+source_file    A source as one block of bytes, which aomc_sky.h reads
+source_witnesses  Photons that every compiler of aomc_sky.h must give
 kernels/       Photons of a band: the compiled text, its plain twin, hosts and batches
 """
