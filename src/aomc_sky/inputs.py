@@ -14,7 +14,7 @@ class Input:
 
     name: str  #: Key of sky.toml and of the arguments of `read_scene`
     option: str  #: On the command line
-    text: str  #: Description for --help
+    text: str  #: Description for --help; empty: it is not shown there
     unit: str = ""
     low: float = -math.inf
     high: float = math.inf
@@ -111,9 +111,9 @@ MOMENT = _by_name(
     ),
     Input("row", "--row", "the hour of the file to take, from 1", value="N"),
     Input("weather", "--weather", "an EPW, TMY2 or TMY3 file of hours, which its head tells apart", value="FILE"),
-    Input("epw", "--epw", "an EPW file of hours", value="FILE"),
-    Input("tmy2", "--tmy2", "a TMY2 file of hours", value="FILE"),
-    Input("tmy3", "--tmy3", "a TMY3 file of hours", value="FILE"),
+    Input("epw", "--epw", "", value="FILE"),
+    Input("tmy2", "--tmy2", "", value="FILE"),
+    Input("tmy3", "--tmy3", "", value="FILE"),
 )
 """When and where, or an hour of a weather file."""
 

@@ -88,7 +88,11 @@ def _add(
         group.add_argument(*flags, action="store_true", help=text)
         return
     value = rest[0].removesuffix("*").removesuffix("...")
-    how: dict[str, Any] = {"type": kinds.get(name) or _KINDS.get(value), "default": defaults.get(name), "help": text}
+    how: dict[str, Any] = {
+        "type": kinds.get(name) or _KINDS.get(value),
+        "default": defaults.get(name),
+        "help": text or argparse.SUPPRESS,
+    }
     if "|" in value and "NAME" not in value:
         how["choices"] = value.rstrip("|").split("|")
     else:
@@ -295,7 +299,7 @@ def add_inputs(group: argparse._ArgumentGroup, *rows: Input) -> None:
         value = "|".join(row.words) or row.value or (row.unit or row.name[0]).split()[0].upper()
         value = "a b c d e" if row.name == "coefficients" else value
         kinds = {attribute(row.option): values.INPUT_TYPES.get(row.name)}
-        add_table(group, f"{row.option} {value}  {row.text}{f' [{row.unit}]' if row.unit else ''}", kinds)
+        _add(group, [row.option, *value.split()], f"{row.text}{f' [{row.unit}]' if row.unit else ''}", kinds, {})
 
 
 def add_light_options(parser: argparse.ArgumentParser) -> None:

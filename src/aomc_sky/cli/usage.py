@@ -97,7 +97,7 @@ class Parser(argparse.ArgumentParser):
         if self._first and not is_long:
             shown = [self._option_string_actions[flag] for flag in ("-h", "--help-all", *self._first)]
             sections = [(self._positionals.title, self._positionals._group_actions), (self._optionals.title, shown)]
-            n_options = sum(bool(action.option_strings) for action in self._actions)
+            n_options = sum(bool(one.option_strings) and one.help != argparse.SUPPRESS for one in self._actions)
             rest = f"{n_options - len(shown)} more options with --help-all."
         for title, actions in sections:
             formatter.start_section(title)
