@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import UsageError, floats, number
+from aomc_sky.errors import UsageError, floats, member_of, number
 
 C = TypeVar("C")
 
@@ -67,7 +67,7 @@ class AzimuthConvention(enum.Enum):
 
 
 def to_enu_azimuth_deg(
-    azimuth_deg: ArrayLike, convention: AzimuthConvention, sun_azimuth_deg: float | None = None
+    azimuth_deg: ArrayLike, convention: AzimuthConvention | str, sun_azimuth_deg: float | None = None
 ) -> np.ndarray:
     """Convert an azimuth of a named convention to ours.
 
@@ -75,7 +75,7 @@ def to_enu_azimuth_deg(
     ----------
     azimuth_deg : array_like
         Azimuth in `convention`. [deg, any turn]
-    convention : AzimuthConvention
+    convention : AzimuthConvention, or its name in small letters
         The convention the azimuth is given in.
     sun_azimuth_deg : float, optional
         Azimuth of the sun from +x towards +y; a convention that counts from it needs it. [deg]
@@ -99,6 +99,7 @@ def to_enu_azimuth_deg(
     ... )
     [90.  0.]
     """
+    convention = member_of(AzimuthConvention, convention, "convention")
     offset, orientation = convention.value[:2]
     if convention.is_from_sun:
         if sun_azimuth_deg is None:
@@ -244,7 +245,7 @@ def arcsin_deg(sine: float) -> float:
     return angle
 
 
-def travel_from_sky(sky_zenith_deg: ArrayLike, sky_azimuth_deg: ArrayLike, frame: Frame = Frame.UP) -> np.ndarray:
+def travel_from_sky(sky_zenith_deg: ArrayLike, sky_azimuth_deg: ArrayLike, frame: Frame | str = Frame.UP) -> np.ndarray:
     """Travel direction of light that comes from a point of the sky.
 
     Parameters
@@ -253,7 +254,7 @@ def travel_from_sky(sky_zenith_deg: ArrayLike, sky_azimuth_deg: ArrayLike, frame
         Zenith angle of the sky element, 0 overhead. [deg, 0 to 90]
     sky_azimuth_deg : array_like
         Azimuth of the sky element from +x towards +y. [deg]
-    frame : Frame
+    frame : Frame, or {"up", "down"}
         `Frame.UP` (z upward, uz < 0) or `Frame.DOWN` (z downward, uz > 0).
 
     Returns
@@ -271,18 +272,18 @@ def travel_from_sky(sky_zenith_deg: ArrayLike, sky_azimuth_deg: ArrayLike, frame
     sin_z, cos_z = sin_cos_deg(sky_zenith_deg)
     sin_a, cos_a = sin_cos_deg(sky_azimuth_deg)
     sin_z, cos_z, sin_a, cos_a = np.broadcast_arrays(sin_z, cos_z, sin_a, cos_a)
-    uz = -cos_z if frame is Frame.UP else cos_z
+    uz = -cos_z if member_of(Frame, frame, "frame") is Frame.UP else cos_z
     return np.stack([-sin_z * cos_a, -sin_z * sin_a, uz], axis=-1) + 0.0
 
 
-def sky_from_travel(direction: ArrayLike, frame: Frame = Frame.UP) -> tuple[np.ndarray, np.ndarray]:
+def sky_from_travel(direction: ArrayLike, frame: Frame | str = Frame.UP) -> tuple[np.ndarray, np.ndarray]:
     """Sky direction that light with this travel direction comes from.
 
     Parameters
     ----------
     direction : array_like, shape (..., 3)
         Unit vectors ux, uy, uz.
-    frame : Frame
+    frame : Frame, or {"up", "down"}
         The frame of `direction`.
 
     Returns
@@ -304,9 +305,9 @@ def sky_from_travel(direction: ArrayLike, frame: Frame = Frame.UP) -> tuple[np.n
     return sky_angles(u, frame)
 
 
-def sky_angles(u: np.ndarray, frame: Frame = Frame.UP) -> tuple[np.ndarray, np.ndarray]:
+def sky_angles(u: np.ndarray, frame: Frame | str = Frame.UP) -> tuple[np.ndarray, np.ndarray]:
     """`sky_from_travel` of photons that may be damaged."""
-    cos_z = -u[..., 2] if frame is Frame.UP else u[..., 2]
+    cos_z = -u[..., 2] if member_of(Frame, frame, "frame") is Frame.UP else u[..., 2]
     zenith = np.arctan2(np.hypot(u[..., 0], u[..., 1]), cos_z)
     azimuth = np.arctan2(-u[..., 1] + 0.0, -u[..., 0] + 0.0)
     azimuth = np.where(azimuth < 0, azimuth + 2 * np.pi, azimuth)

@@ -354,7 +354,13 @@ def shown_value(value: object) -> str:
 
 
 def member_of(kind: type[Member], value: object, name: str) -> Member:
-    """The member of an enumeration of words, from itself or its word, else a UsageError."""
-    word = value.value if isinstance(value, kind) else value
-    require_one_of([member.value for member in kind], word, name)
-    return kind(word)
+    """The member of an enumeration, from itself or its word in any case, else a UsageError.
+
+    The word is its value, or its name where the values are no words.
+    """
+    if isinstance(value, kind):
+        return value
+    words = {member.value if isinstance(member.value, str) else member.name.lower(): member for member in kind}
+    word = value.lower() if isinstance(value, str) else value
+    require_one_of(words, word, name)
+    return words[str(word)]

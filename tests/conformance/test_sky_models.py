@@ -198,7 +198,7 @@ MIXED = [sky.UniformSky(strength=1), sky.DirectBeam(sun_zenith_deg=30.0, irradia
         ([sky.UniformSky(strength=1), BEAM], "DirectBeam 'direct' has none"),
         ([UNIFORM.lower([500.0])[0], lambda z, a, w: 1.0], "FunctionSky 'function' has none"),
         (MIXED, "'direct' is in W m-2 nm-1 and 'uniform' is relative"),
-        (3, r"made of sky models, Components and functions.*got 3"),
+        (3, r"made of sky models, Components and functions.*got int: 3"),
     ],
 )
 def test_models_without_shares_are_refused_not_halved(components, message):

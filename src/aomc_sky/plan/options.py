@@ -157,7 +157,7 @@ class Footprint:
     size_y_m: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "shape", FootprintShape(self.shape))
+        object.__setattr__(self, "shape", member_of(FootprintShape, self.shape, "shape"))
         sizes = (self.size_x_m, self.size_y_m)
         if not all(math.isfinite(size) and size >= 0 for size in sizes):
             raise SceneError(f"the sizes of a footprint must be finite and not negative, got {sizes}")

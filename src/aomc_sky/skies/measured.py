@@ -20,7 +20,7 @@ from aomc_sky.directions import (
     travel_from_sky,
     within_sky_deg,
 )
-from aomc_sky.errors import InputWarning, SceneError, floats
+from aomc_sky.errors import InputWarning, SceneError, floats, member_of
 from aomc_sky.formats.quote import SAYS, UNUSED
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
@@ -116,6 +116,7 @@ class RadianceField(Share):
 
     def __post_init__(self) -> None:
         check_share(self)
+        object.__setattr__(self, "convention", member_of(AzimuthConvention, self.convention, "convention"))
         for nm, direction, values in zip(self.wavelength_nm, self.direction, self.values, strict=True):
             if len(values) < 3:
                 raise SceneError(

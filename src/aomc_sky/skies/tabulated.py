@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid, slope_factor
 from aomc_sky.directions import AzimuthConvention, one_angle
-from aomc_sky.errors import InputWarning, SceneError, UsageError, floats, require_kind
+from aomc_sky.errors import InputWarning, SceneError, UsageError, floats, member_of, require_kind
 from aomc_sky.formats.radiance_words import Stated
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
@@ -129,7 +129,7 @@ class TabulatedSky(Share):
     def __post_init__(self) -> None:
         check_share(self)
         require_kind(self.grid, PatchGrid, "grid=sky.PatchGrid.regular(45, 180)")
-        object.__setattr__(self, "weighting", Weighting(self.weighting))
+        object.__setattr__(self, "weighting", member_of(Weighting, self.weighting, "weighting"))
         if np.ma.is_masked(self.values):
             raise SceneError("the values of a sky are masked; give them a radiance, 0 where no light comes from")
         wavelength = np.atleast_1d(floats("wavelength_nm", self.wavelength_nm))

@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import floats, require_one_of, unmasked
+from aomc_sky.errors import floats, member_of, require_one_of, unmasked
 from aomc_sky.kernels.arithmetic.error_free import FIXED_POINT_BITS
 from aomc_sky.plan.allocation import AllocationMethod, WalkedGrid, fixed_point_cumulative, normalise, walk_of_cells
 from aomc_sky.verify.report import chi_square_tails, pooled, sidak_level, two_sided
@@ -108,8 +108,8 @@ def verify_counts(
     (True, False)
     """
     known = [m.value for m in AllocationMethod if m is not AllocationMethod.AOMC]
-    require_one_of(known, getattr(method, "value", method), "method")
-    chosen = AllocationMethod(method)
+    chosen = member_of(AllocationMethod, method, "method")
+    require_one_of(known, chosen.value, "method")
     photons = _checked_counts(unmasked("counts", counts))
     masses = np.atleast_2d(floats("mass", mass))
     if not np.all(np.isfinite(masses)) or np.any(masses < 0):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from aomc_sky.errors import SceneError, Span
+from aomc_sky.errors import SceneError, Span, member_of
 from aomc_sky.formats.aomc.scanner import (
     ListScanner,
     Record,
@@ -81,6 +81,9 @@ class SkyTable:
         shape, n_wl = np.shape(self.radiance), np.size(self.wavelength_nm)
         if len(shape) != 3 or shape[0] != n_wl:
             raise SceneError(f"{n_wl} wavelength(s) have radiances of shape ({n_wl}, n_zenith, n_azimuth), got {shape}")
+        for name, kind in (("declared_bins", Bins), ("declared_values", Values)):
+            if (given := getattr(self, name)) is not None:
+                object.__setattr__(self, name, member_of(kind, given, name))
         if self.line is None:
             object.__setattr__(self, "line", np.zeros(shape, np.int32))
 
@@ -175,6 +178,7 @@ def write_skydist(
     >>> sky.read_skydist("copy.inp").radiance.shape
     (3, 30, 72)
     """
+    bins, values = member_of(Bins, bins, "bins"), member_of(Values, values, "values")
     n_table, n_zenith, n_columns = table.radiance.shape
     wave, zenith, azimuth = np.nonzero(table.radiance)
     value = table.radiance[wave, zenith, azimuth]
