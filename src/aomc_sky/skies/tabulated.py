@@ -365,11 +365,16 @@ class TabulatedSky(Share):
 
     def lower_rows_in_unit(self, rows: np.ndarray) -> tuple[Component, ...]:
         """As `lower_rows`, with the irradiance of each where the unit is known."""
-        components = self.lower_rows(rows)
-        if not self.radiance_unit or has_share(self):
+        components, light = self.lower_rows(rows), self.irradiance_of_rows(rows)
+        if light is None:
             return components
-        light = np.sum(self.values[rows] * self.grid.projected_solid_angle_sr, axis=1) * self.radiance_unit
         return tuple(dataclasses.replace(one, strength=light, irradiance_W_m2_nm=light) for one in components)
+
+    def irradiance_of_rows(self, rows: np.ndarray) -> np.ndarray | None:
+        """Irradiance of these sets where the unit of the radiances is known, and no share is given. [W m-2 nm-1]"""
+        if not self.radiance_unit or has_share(self):
+            return None
+        return np.asarray(np.sum(self.values[rows] * self.grid.projected_solid_angle_sr, axis=1) * self.radiance_unit)
 
     def warn_of_distance(self, wavelength_nm: ArrayLike, rows: np.ndarray, path: str = "") -> None:
         """Warn of wavebands outside the table's wavelengths (E310); `rows` serve them, `path` is the table's file."""

@@ -15,7 +15,7 @@ from aomc_sky.formats.sky_toml.keys import SKY_TOML, SPECTRL2
 from aomc_sky.formats.sky_toml.sections import PerezSection
 from aomc_sky.inputs import AMOUNTS, CLEAR_SKY, WEATHER_FILES, say
 from aomc_sky.source.light.place import Sun
-from aomc_sky.source.light.said import Speakers, air_said, first, spectrum_said
+from aomc_sky.source.light.said import Speakers, air_said, callers_of, first, spectrum_said
 
 if TYPE_CHECKING:
     from aomc_sky.formats.aomc.amc import DifcolTable
@@ -236,7 +236,7 @@ def brightness_of(speakers: Speakers, sky: str, *, is_whole: bool, warns: bool) 
     The caller comes first, then a weather file, and of the files the finest: [sky], difcol.inp, [perez]. Beside a sky
     that is the whole light [perez] is not heard. `warns`: of one share for all wavebands that nobody asked for.
     """
-    spectrum, callers = spectrum_said(speakers), [one for one in speakers if not one.is_file]
+    spectrum, callers = spectrum_said(speakers), callers_of(speakers)
     direct = first(one.direct_irradiance for one in speakers)
     diffuse = first(one.diffuse_irradiance for one in speakers)
     shares = first(one.shares for one in speakers)

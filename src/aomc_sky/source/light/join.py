@@ -19,7 +19,7 @@ from aomc_sky.inputs import listed, say
 from aomc_sky.skies.direct_beam import SOLAR_BOUND, SOLAR_RADIUS_DEG, DirectBeam, solar_irradiance
 from aomc_sky.source.light.brightness import Brightness, InBands, Shares, brightness_of, direct_fraction
 from aomc_sky.source.light.place import Sun, place_of
-from aomc_sky.source.light.said import Speakers, first, sun_said
+from aomc_sky.source.light.said import Speakers, callers_of, first, is_diffuse_only, sun_said
 from aomc_sky.source.light.skies import Lowered, Perez, Sky
 from aomc_sky.source.light.unused import OF_SKY, names_said, needs_sun, notes_of_files, refuse_unused
 from aomc_sky.wavebands import Wavebands
@@ -72,21 +72,21 @@ def light_of(
     `given` are further inputs of the caller, `files` those of AOMC.
     """
     nm = bands.wavelength_nm
-    is_alone = any(one.diffuse_only for one in speakers)
+    is_alone = is_diffuse_only(speakers)
     warns = (files is not None or sky.is_whole) and not is_alone
     answer = brightness_of(speakers, sky.made_of, is_whole=sky.is_whole, warns=warns)
     refuse_unused(speakers, answer, sky, given)
     notes = [] if answer.has_beam else _without_a_beam(speakers, sky, files)
     sun = _sun_of(speakers, answer, sky)
     light = answer.in_bands(sun, nm, sky.irradiance(sun, nm))
-    shares = first(one.shares for one in speakers)
+    shares, has_photons = first(one.shares for one in speakers), np.ones(nm.size, bool)
     if shares is not None:
         light = dataclasses.replace(light, intensity=shares.intensity)
-        wanted = wanted & ((shares.intensity > 0) | ~np.any(shares.intensity > 0))
+        has_photons = shares.intensity > 0 if np.any(shares.intensity > 0) else has_photons
     light = dataclasses.replace(light, who=light.who or str(answer))
     _refuse_too_bright(light, sun, bands)
     kept = light.without_beam() if is_alone else light
-    is_lit = _has_sky(light, kept, names_said(speakers))
+    is_lit = _has_sky(light, kept, has_photons, names_said(speakers))
     lowered = sky.lower(sun, nm, light) if is_lit else Lowered(components=(), row_of_band=np.zeros(nm.size, np.int64))
     fractions, sky_rows, of_band = _rows(kept.direct_fraction, lowered.row_of_band)
     components = [] if is_alone else _beam(sun, fractions)
@@ -110,7 +110,7 @@ def light_of(
             **light.options,
         },
     )
-    return in_absolute_units(found, bands, files, kept, wanted)
+    return in_absolute_units(found, bands, files, kept, wanted & has_photons)
 
 
 def _sun_of(speakers: Speakers, answer: Brightness, sky: Sky) -> Sun | None:
@@ -124,7 +124,7 @@ def _sun_of(speakers: Speakers, answer: Brightness, sky: Sky) -> Sun | None:
 
 def _without_a_beam(speakers: Speakers, sky: Sky, files: Files | None) -> list[str]:
     """What it means that nobody says how bright the beam is: an error, a warning, or a note."""
-    is_alone, callers = any(one.diffuse_only for one in speakers), [one for one in speakers if not one.is_file]
+    is_alone = is_diffuse_only(speakers)
     shape = sky.shape if isinstance(sky, Perez) else None
     if files is not None and files.light_source is LightSource.MODEL and not is_alone:
         reason, place = "nothing else says", "an [atmosphere]"
@@ -147,7 +147,7 @@ def _without_a_beam(speakers: Speakers, sky: Sky, files: Files | None) -> list[s
         ] * is_alone
     if shape is not None and not is_alone:
         return ["coefficients do not say how bright the beam is: the sky is launched alone"]
-    if not is_alone and sun_said(callers).zenith_deg is not None:
+    if not is_alone and sun_said(callers_of(speakers)).zenith_deg is not None:
         text = (
             f"nothing says how bright it is beside {sky.made_of}; write {_AMOUNTS}, or {{diffuse_only:True}} for the "
             "sky alone"
@@ -181,12 +181,9 @@ def _refuse_too_bright(light: InBands, sun: Sun | None, bands: Wavebands) -> Non
     warnings.warn(f"{text}: the spectrum is that of air at the sea, and this air is clearer", ModelLimitWarning, 3)
 
 
-def _has_sky(light: InBands, kept: InBands, names: Sequence[str]) -> bool:
+def _has_sky(light: InBands, kept: InBands, has_photons: np.ndarray, names: Sequence[str]) -> bool:
     """Whether a waveband with photons has light of the sky."""
-    lit = np.ones(light.direct_fraction.size, bool)
-    if light.intensity is not None and light.intensity.any():
-        lit = light.intensity > 0
-    if np.any(kept.direct_fraction[lit] < 1):
+    if np.any(kept.direct_fraction[has_photons] < 1):
         return True
     if kept is not light:
         raise SceneError(

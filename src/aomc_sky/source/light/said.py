@@ -182,6 +182,16 @@ def first(values: Iterable[Any]) -> Any:
     return next((value for value in values if value is not None), None)
 
 
+def callers_of(speakers: Speakers) -> Speakers:
+    """The caller, and the weather file that he names."""
+    return tuple(one for one in speakers if not one.is_file)
+
+
+def is_diffuse_only(speakers: Speakers) -> bool:
+    """Whether the beam is left out."""
+    return any(one.diffuse_only for one in speakers)
+
+
 def sun_said(speakers: Iterable[Said]) -> SunSection:
     """Zenith angle, azimuth and disc, each by the first who says it."""
     found = None

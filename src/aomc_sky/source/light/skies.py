@@ -21,7 +21,7 @@ from aomc_sky.plan.laws import law_of
 from aomc_sky.skies.model import Share, sky_model
 from aomc_sky.source.light.brightness import InBands, irradiances, refuse_kilowatts
 from aomc_sky.source.light.place import Sun
-from aomc_sky.source.light.said import Said, Speakers, first, sun_said
+from aomc_sky.source.light.said import Said, Speakers, callers_of, first, sun_said
 
 if TYPE_CHECKING:
     from aomc_sky.grid import PatchGrid
@@ -102,9 +102,6 @@ class Perez:
 
     def irradiance(self, sun: Sun | None, wavelength_nm: np.ndarray) -> None:
         """It is relative."""
-
-    def table_wavelength_nm(self, wavelength_nm: np.ndarray) -> None:
-        """It has no table."""
 
     def lower(self, sun: Sun | None, wavelength_nm: np.ndarray, light: InBands) -> Lowered:
         """One row for all wavebands."""
@@ -225,9 +222,6 @@ class Uniform:
     def irradiance(self, sun: Sun | None, wavelength_nm: np.ndarray) -> None:
         """It is relative."""
 
-    def table_wavelength_nm(self, wavelength_nm: np.ndarray) -> None:
-        """It has no table."""
-
     def lower(self, sun: Sun | None, wavelength_nm: np.ndarray, light: InBands) -> Lowered:
         """One row for all wavebands."""
         model = sky_model("uniform")(per_solid_angle=self.per_solid_angle)
@@ -265,9 +259,6 @@ class Named:
     def irradiance(self, sun: Sun | None, wavelength_nm: np.ndarray) -> np.ndarray | None:
         """Of its components."""
         return irradiance_of(self._components(sun, wavelength_nm)[1])
-
-    def table_wavelength_nm(self, wavelength_nm: np.ndarray) -> None:
-        """It has no table."""
 
     def lower(self, sun: Sun | None, wavelength_nm: np.ndarray, light: InBands) -> Lowered:
         """A row for each waveband."""
@@ -350,7 +341,7 @@ _APART_DEG = 0.5  #: Two suns whose discs do not touch are two suns.
 
 def with_sun_of(model: Model, speakers: Speakers) -> Speakers:
     """The speakers, and after the caller the sun of the model that he gives; another sun of his is an error."""
-    own, callers = model.sun, tuple(one for one in speakers if not one.is_file)
+    own, callers = model.sun, callers_of(speakers)
     if own.is_empty:
         return speakers
     said = sun_said(callers)

@@ -17,7 +17,7 @@ from aomc_sky.source.light.brightness import (
     PerBand,
     Shares,
 )
-from aomc_sky.source.light.said import Said, Speakers, moment_said, sun_said
+from aomc_sky.source.light.said import Said, Speakers, callers_of, is_diffuse_only, moment_said, sun_said
 from aomc_sky.source.light.skies import OF_IRRADIANCES, OF_MODEL, Perez, Sky
 
 _PLACE = ("zenith_deg", "azimuth_deg", "time", "latitude_deg", "longitude_deg")
@@ -33,16 +33,16 @@ def refuse_unused(speakers: Speakers, answer: Brightness, sky: Sky, given: Itera
     """Raise for what a caller says and the light has no use for; `given` are further inputs of his."""
     names = (*names_said(speakers), *given)
     used = {*answer.names, *sky.names, "diffuse_only"}
-    is_launched = answer.has_beam and not any(one.diffuse_only for one in speakers)
+    is_alone = is_diffuse_only(speakers)
     is_placed = sun_said(speakers).zenith_deg is not None and not sky.is_whole
-    is_missed = is_placed and not answer.has_beam and "diffuse_only" not in names  # a warning asks for the beam
+    is_missed = is_placed and not answer.has_beam and not is_alone  # a warning asks for the beam
     if is_missed or needs_sun(speakers, answer, sky):
         used |= set(_PLACE)
     used |= {"altitude_m"} if "time" in names and "time" in used else set()
     if isinstance(sky, Perez) and sky.shape is None and not isinstance(_inner(answer), Cloudless):
         used -= set(OF_IRRADIANCES)
-    used |= {*(_DISC if is_launched else ()), *(["polarisation"] if sky.has_sun else [])}
-    hint = _hint(sky, answer) | (dict.fromkeys((*_PLACE, *_DISC), "; leave it out") if "diffuse_only" in names else {})
+    used |= {*(_DISC if answer.has_beam and not is_alone else ()), *(["polarisation"] if sky.has_sun else [])}
+    hint = _hint(sky, answer) | (dict.fromkeys((*_PLACE, *_DISC), "; leave it out") if is_alone else {})
     shape = f" of {sky.shape.text}" if isinstance(sky, Perez) and sky.shape is not None else ""
     refuse_names(names, used, light=str(answer), sky=f"{sky.made_of}{shape}", hint=hint)
 
@@ -50,14 +50,14 @@ def refuse_unused(speakers: Speakers, answer: Brightness, sky: Sky, given: Itera
 def needs_sun(speakers: Speakers, answer: Brightness, sky: Sky) -> bool:
     """Whether the beam, the amounts, the law of the sky or the pattern of its polarisation depends on the sun."""
     has_pattern = sky.has_sun and any(one.polarisation is not None for one in speakers)
-    is_launched = answer.has_beam and not any(one.diffuse_only for one in speakers)
+    is_launched = answer.has_beam and not is_diffuse_only(speakers)
     has_amounts = bool(answer.names)  # an answer of inputs, which none of the files is
     return is_launched or has_amounts or sky.needs_sun or has_pattern
 
 
 def names_said(speakers: Speakers) -> tuple[str, ...]:
     """The inputs of a caller; a switch that is turned off in its own word."""
-    callers = [one for one in speakers if not one.is_file]
+    callers = callers_of(speakers)
     is_off = sun_said(callers).disc is False
     return tuple(f"{name}:False" if name == "disc" and is_off else name for one in callers for name in one.names)
 
@@ -147,7 +147,7 @@ def _unused_of(one: Said, answer: Brightness, sky: Sky, is_lit: bool) -> Iterabl
 def note_of_sun(speakers: Speakers, true_zenith_deg: float | None) -> str:
     """The note where a time, a weather file or a model says where the sun is, and files say it, too."""
     moment, suns = moment_said(speakers), [one.sun for one in speakers if one.is_file]
-    said = sun_said([one for one in speakers if not one.is_file])
+    said = sun_said(callers_of(speakers))
     if moment is None and suns and suns[0].origin.startswith(OF_MODEL) and said.zenith_deg is None:
         said, suns = suns[0], suns[1:]
     elif moment is None:

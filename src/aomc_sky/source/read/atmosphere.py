@@ -23,7 +23,7 @@ from aomc_sky.skies.atmosphere.model import AtmosphereSky
 from aomc_sky.source.light.brightness import DIFCOL
 from aomc_sky.source.light.join import Light
 from aomc_sky.source.light.place import place_of
-from aomc_sky.source.light.said import Speakers, first, moment_said, sun_said
+from aomc_sky.source.light.said import Speakers, first, is_diffuse_only, moment_said, sun_said
 from aomc_sky.source.light.unused import names_said, note_of_sun, refuse_names
 from aomc_sky.wavebands import Wavebands, nearest_wavelength_index
 
@@ -90,7 +90,7 @@ def atmosphere_light(
     sun = place_of(speakers, "an atmosphere", may_have_set=True)
     if moment is not None:  # rays through the description's air are straight
         sun = dataclasses.replace(sun, zenith_deg=moment.true_zenith_deg)
-    is_alone, has_disc = any(one.diffuse_only for one in speakers), sun_said(speakers).disc is not False
+    is_alone, has_disc = is_diffuse_only(speakers), sun_said(speakers).disc is not False
     section, medium = atmosphere.section, atmosphere.medium
     if sun.distance_factor is not None and _is_earth(atmosphere):
         factor = sun.distance_factor * atmosphere.earth_sun_distance_au**2

@@ -23,7 +23,7 @@ from aomc_sky.skies.measured import RadianceField
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
 from aomc_sky.source.light.brightness import InBands
 from aomc_sky.source.light.place import Sun
-from aomc_sky.source.light.skies import FIELD, Lowered, Model, irradiance_of, patterned
+from aomc_sky.source.light.skies import FIELD, Lowered, Model, patterned
 from aomc_sky.source.read.kind import TABLES
 from aomc_sky.source.read.measured import measured_sky
 from aomc_sky.source.scene import require_projected
@@ -100,10 +100,7 @@ class FieldSky:
 
     def irradiance(self, sun: Sun | None, wavelength_nm: np.ndarray) -> np.ndarray | None:
         """Of the wavelength of the field that serves each waveband."""
-        rows = self._rows(wavelength_nm)
-        sets, of_band = np.unique(rows, return_inverse=True)
-        known = irradiance_of(self.sky.lower_rows_in_unit(sets))
-        return None if known is None else known[of_band.ravel()]
+        return self.sky.irradiance_of_rows(self._rows(wavelength_nm))
 
     def lower(self, sun: Sun | None, wavelength_nm: np.ndarray, light: InBands) -> Lowered:
         """A row for each wavelength of the field that a waveband takes."""
