@@ -112,11 +112,6 @@ class SceneFiles:
         """The folder of amc.inp."""
         return os.path.dirname(self.paths["amc"])
 
-    @property
-    def is_internal(self) -> bool:
-        """Whether the light-source flag is 0."""
-        return self.config.light_source is LightSource.MODEL
-
 
 def sun_of(config: AmcConfig) -> SunSection:
     """The sun of amc.inp."""
