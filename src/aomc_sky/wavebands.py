@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError, UsageError, floats
-from aomc_sky.inputs import in_nm
+from aomc_sky.options import in_nm
 from aomc_sky.record import same_content
 from aomc_sky.whole_number import as_index
 

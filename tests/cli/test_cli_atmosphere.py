@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import aomc_sky
+from aomc_sky.cli.usage import IDLE
 from aomc_sky.outputs.tables.atmosphere import rounded_significand
 from aomc_sky.skies.atmosphere.description.keys import SIZES
 from tests.support.fault_rows import command
@@ -24,7 +25,7 @@ def run(*words):
 def test_one_sun_as_netcdf_and_skydist(tmp_path, capsys):
     xarray = pytest.importorskip("xarray")
     out = tmp_path / "new" / "sky"
-    assert run("--out-dir", out, "--sun-zenith", 40, "--sun-azimuth", 25, "--radiance", *FAST) == 0
+    assert run("--out-dir", out, "--sun-zenith", 40, "--sun-azimuth", 25, *FAST) == 0
     printed = capsys.readouterr().out
     for word in ("optical", "salt", "sos       3", "skydist", "seconds: "):
         assert word in printed
@@ -155,7 +156,7 @@ def opened(folder):
 
 
 def test_every_save_option(tmp_path):
-    names = ("irradiance", "scat-density", "scat-density2-from-ground", "delta-scattering", "accum-scattering")
+    names = ("irradiance", "scat-density", "scat-density2-from-ground", "accum-scattering")
     model = with_lines(tmp_path)
     model.write_text(model.read_text().replace("ground albedo: 0, 0, 0, 0, 0, 0, 0", "ground albedo: .4" + 6 * ", .4"))
     assert run_model(model, tmp_path / "o", *[f"--save-{name}" for name in names], *SMALL) == 0
@@ -228,13 +229,7 @@ def test_sizes_of_the_description(tmp_path, capsys):
     assert all(key in printed for key in SIZES)
 
 
-def test_options_that_change_nothing_say_so(tmp_path, capsys):
-    given = ["--no-save-tex", "--no-eds-tex", "--save-delta-scattering", "--opengl-info"]
-    assert run_model(MOLECULES, tmp_path, *given, "--json") == 0
-    out, err = capsys.readouterr()
-    json.loads(out)
-    assert "--no-eds-tex has no effect" in err
-    assert "--save-delta-scattering has no effect" in err
-    assert "--opengl-info has no effect: OpenGL is not used" in err
-    assert run_model(MOLECULES, tmp_path, *given[:3], "--quiet") == 0
-    assert capsys.readouterr() == ("", "")
+@pytest.mark.parametrize("option", IDLE)
+def test_options_of_calcmysky_that_would_change_nothing_are_refused(option, tmp_path, capsys):
+    assert run_model(MOLECULES, tmp_path, "--no-save-tex", option) == 2
+    assert f"atmosphere has no option {option}; leave it out: {IDLE[option]}" in capsys.readouterr().err

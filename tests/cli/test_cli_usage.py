@@ -9,6 +9,8 @@ import json
 import re
 import shlex
 import shutil
+from collections import Counter
+from importlib import import_module
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,8 +19,12 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli import commands
-from aomc_sky.cli.options import add_table
+from aomc_sky.cli.commands.run import FIRST
+from aomc_sky.cli.options import add_option, names_of
 from aomc_sky.cli.usage import COMMANDS
+from aomc_sky.cli.values import TYPES
+from aomc_sky.formats.sky_toml.keys import KEYS
+from aomc_sky.options import OPTIONS, Kind, Option
 from tests.support.fault_rows import command
 from tests.support.shared import INPUTS, REPOSITORY
 
@@ -65,14 +71,9 @@ USAGE = {
     f"{GREY} cie --sky-option type=12": "where is the sun? a cie sky needs --sun-zenith (sun_zenith_deg=)",
     f"{GREY} cie --sun-zenith 40": "--sky-option type=",
     f"{GREY} none": '--sky none (sky="none") needs a scene of files',
-    f"{GREY} overcast --ghi 300 --dhi 200 --sun-zenith 40 --air-mass kasten-1966":
-        "--air-mass (air_mass=) is not used: the sky is an overcast sky; write --sky perez",
-    f"{GREY} overcast {FIVE} --sun-zenith 40": "--coefficients (coefficients=) is not used: the sky is an overcast sky",
     f"{GREY} overcast --sun-azimuth 30": "--sun-azimuth (sun_azimuth_deg=) is not used: the scene has no beam",
     f"{GREY} harrison-coombes --sun-zenith 40 --aod 0.2":
         "--aod (clear_sky=) is not used: the light is that of a harrison-coombes sky; write --spectrum spectrl2",
-    f"{GREY} harrison-coombes --sun-zenith 40 --extraterrestrial 1367":
-        "--extraterrestrial (extraterrestrial_normal=) is not used: the sky is a harrison-coombes sky",
     f"{GREY} uniform --sky-option a=1": "has no options",
     f"{GREY} uniform --sky-option a=1 --sky-option a=2": "--sky-option a is given twice",
     f"{GREY} perez --sky-option a=1 --ghi 300 --dhi 200 --sun-zenith 40": "is for a sky of another name",
@@ -85,12 +86,13 @@ USAGE = {
     # light that a scene cannot use
     f"run inputs/atmosphere_sky --out new {EPW} --row 12":
         "--row (row=) are not used: the light is that of the atmosphere of sky.toml",
-    f"{SUN} {FIVE} --limits paper":
+    f"perez --sun-zenith 40 {FIVE} --limits paper":
         "--limits (limits=) is not used: the sky is a perez sky of coefficients -1, -0.3, 5",
+    "run scene --limits paper": "run has no option --limits; write limits below [perez] of sky.toml",
+    "verify out --scene scene --coefficients 1": "write a to e below [perez] of sky.toml",
+    "info scene --moon-zenith 40": "write moon_zenith_deg below [atmosphere] of sky.toml",
     f"{SUN} --ghi 780 --dhi 140 --diffuse-only --disc":
         "--disc (sun_disc=True) is not used: the scene has no beam; leave it",
-    f"{SUN} --sky overcast --ghi 780 --dhi 140 --extraterrestrial 1367":
-        "--extraterrestrial (extraterrestrial_normal=) is not used: the sky is an overcast sky",
     "run inputs/sun_and_sky --out new --compat aomc --diffuse-only": "aomc does not use --diffuse-only",
     # weather
     f"run perez --out new {EPW} --row 49": "rows 1 to 48",
@@ -101,7 +103,7 @@ USAGE = {
         "--dni (dni=) contradicts --epw (epw=), which gives the sun and the sky",
     f"run perez --out new {TIME} --sun-zenith 5": "leave out --sun-zenith",
     "run perez --out new --time 2026-06-21T09:30:00 --latitude 54.18 --longitude 7.89": "time zone",
-    f"run perez --out new {TIME} --altitude 1e5": "altitude must lie within",
+    f"run perez --out new {TIME} --altitude 1e5": "--altitude: 100000.0 is outside the range -500 to 9000",
     f"run perez --out new {TIME} --ghi 700": "ghi without dni; add dni (or dhi)",
     # measured skies and fields
     f"{SKY} --sky uniform": "--sky: not used with",
@@ -208,7 +210,6 @@ OTHERS = {
     (3, "export scene --to npy"): "run it first: aomc-sky run",
     (3, "export folder.hdr --to npy"): "this folder holds no plan.npz",
     (3, "plot nosuch"): "E100",
-    (3, "run --sky overcast --wavelengths 443 gray"): "gray: error[E100]",
     (4, f"run scene --out new --format none --iterations {2**62 + 1}"): f"from 1 to 2^62, got {2**62 + 1}",
     (4, "run scene --out new --iterations 10 --replicates 11"): "too few for 11 replicates",
     (4, f"run perez --out new {EPW} --row 1"): "the nearest row with light is 5",
@@ -270,7 +271,7 @@ ROWS = [row for page in PAGES for row in re.findall(r"(?m)^\| `aomc-sky ?(.*?)` 
 
 def test_first_lines_are_those_of_the_pages(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder / "few")
-    assert len(ROWS) == 37
+    assert len(ROWS) == 38
     for words, line in ROWS:
         status = command(*shlex.split(words))
         said = capsys.readouterr()
@@ -348,7 +349,35 @@ def test_help_is_short_and_says_where_the_rest_is(name, monkeypatch, capsys):
 
 def test_the_row_of_an_option_says_whether_it_may_be_repeated_and_not_its_help():
     parser = argparse.ArgumentParser()
-    add_table(parser, "--once I  a number, not repeatable\n--often I*  numbers\n--of a|b*  words")
-    found = parser.parse_args(["--once", "1", "--once", "2", "--often", "1", "--often", "2", "--of", "a", "--of", "b"])
-    assert (found.once, found.often, found.of) == (2, [1, 2], ["a", "b"])
-    assert [action.help for action in parser._actions[2:]] == ["numbers; repeatable", "words; repeatable"]
+    rows = (Option("a", "a number, not repeatable", "I"), Option("b", "texts", "I", repeats=True))
+    for row in rows:
+        add_option(parser, row)
+    found = parser.parse_args(["--a", "1", "--a", "2", "--b", "1", "--b", "2"])
+    assert (found.a, found.b) == ("2", ["1", "2"])
+    assert [action.help for action in parser._actions[1:]] == ["a number, not repeatable", "texts (repeatable)"]
+
+
+def test_every_row_of_the_table_is_used_and_has_what_its_kind_needs():
+    """A row that no command shows and no section of sky.toml has is forgotten; a kind without a reader cannot be."""
+    groups = [import_module(f"aomc_sky.cli.commands.{name}").GROUPS for name in COMMANDS]
+    shown = Counter(name for one in groups for names in one.values() for name in names.split())
+    assert shown.keys() <= OPTIONS.keys()
+    for name, row in OPTIONS.items():
+        assert (name in shown) == (row.option != "-"), name
+        assert row.option != "-" or row.section, name
+        assert row.kind in (Kind.FLAG, Kind.SWITCH) or row.kind in TYPES or row.option == "-", name
+        assert (
+            row.section in KEYS and (row.key or row.own_name) in {*KEYS[row.section], "coefficients"}
+        ) or not row.section
+        assert bool(row.words) == (row.kind is Kind.WORD), name
+        assert "default" not in row.text or row.default is None, name
+    for one in groups:
+        flags = [OPTIONS[name].flag for name in names_of(one)]
+        assert len(flags) == len(set(flags))  # no option twice in a command
+
+
+def test_the_first_screen_of_run_begins_with_the_first_command_of_the_readme():
+    readme = (REPOSITORY / "README.md").read_text()
+    first = readme.partition("$ aomc-sky run")[2].partition("\n...")[0]
+    asked = re.findall(r"--[a-z-]+", first)
+    assert sorted(asked) == sorted(f"--{name}" for name in FIRST.split()[: len(asked)])

@@ -48,7 +48,12 @@ BROKEN = {
     "too-many-photons": ("document_example", {"amc.inp": amc_line(1, "9999999999999999999999", column=40)}, [], 3),
     "degrees-below-the-horizon": ("document_example", {"skydist.inp": sky("1 2 1 20.0")}, ["--bins", "degrees"], 0),
     "weighting-without-degrees": ("document_example", {}, ["--weighting", "aomc"], 2),
-    "perez-options-beside-a-table": ("document_example", {}, ["--limits", "paper"], 2),
+    "options-beside-a-table": (
+        "document_example",
+        {},
+        ["--aod", "0.2"],
+        2,
+    ),
     "too-little-memory": ("clear_day", {}, ["--max-memory", "17M"], 2),
     "no-lambbot": ("document_example", {"lambbot.inp": None}, [], 3),
     "no-skydist": ("document_example", {"skydist.inp": None}, [], 3),

@@ -87,10 +87,15 @@ def sky_is_tested(copy):
 
 
 def option_is_taken(copy):
-    words = ["run", "inputs/perez_sky", "--epsilon", "30", "--delta", "2", "--iterations", "100", "-q"]
-    in_copy(copy, COMMAND, *words, "--out", "out")
-    refused = "assert main(sys.argv[1:]) == 4"
-    in_copy(copy, COMMAND.replace("sys.exit(main(sys.argv[1:]))", refused), *words, "--refuse-limits", "--out", "none")
+    refused = COMMAND.replace("sys.exit(main(sys.argv[1:]))", "assert main(sys.argv[1:]) == 4")
+    of_perez = ["perez", "--sun-zenith", "40", "--epsilon", "30", "--delta", "2", "-q"]
+    in_copy(copy, COMMAND, *of_perez)
+    in_copy(copy, refused, *of_perez, "--refuse-limits")
+    of_run, toml = ["run", "inputs/perez_sky", "--iterations", "100", "-q", "--out"], copy / "inputs/perez_sky/sky.toml"
+    toml.write_text("[perez]\nepsilon = 30.0\ndelta = 2.0\n")
+    in_copy(copy, COMMAND, *of_run, "out")
+    toml.write_text(f"{toml.read_text()}strict = true\n")
+    in_copy(copy, refused, *of_run, "none")
 
 
 def output_is_written(copy):

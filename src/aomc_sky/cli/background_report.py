@@ -31,7 +31,7 @@ def report_background(arguments: argparse.Namespace, path: Path) -> int:
         head = "lobes of a background sky; azimuth from +x (east) towards +y (north)"
         cli_options.answer(arguments, lambda: lobes, lambda: report_text(head, lobes))
         return 0
-    if arguments.wavelength is not None or arguments.animation is not None:
+    if arguments.wavelengths is not None or arguments.animation is not None:
         raise UsageError("--wavelength and --animation need --time, the time of the lobes that are shown")
     from aomc_sky.skies.lobes.file.file import read_background_file
 
@@ -41,7 +41,7 @@ def report_background(arguments: argparse.Namespace, path: Path) -> int:
 
 
 def lobes_at(arguments: argparse.Namespace, time_s: float) -> tuple[BackgroundSection, LobeSky, np.ndarray]:
-    """The lobes of a file at one time, as the options of `add_background_options` choose them, and wavelengths."""
+    """The lobes of a file at one time, as the options of `LOBES` choose them, and wavelengths."""
     from aomc_sky.formats.sky_toml.sections import BackgroundSection
     from aomc_sky.skies.lobes.light import read_lobes
 
@@ -52,7 +52,7 @@ def lobes_at(arguments: argparse.Namespace, time_s: float) -> tuple[BackgroundSe
         utc_offset=arguments.utc_offset,
         interpolation=arguments.interpolation,
     )
-    return section, *read_lobes(section, arguments.wavelength)
+    return section, *read_lobes(section, arguments.wavelengths)
 
 
 def _contents(path: Path, file: BackgroundFile) -> dict[str, Any]:

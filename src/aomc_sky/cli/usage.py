@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import os
 import re
 import sys
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from importlib import import_module
 from typing import Any, NoReturn
 
 from aomc_sky import __version__
 from aomc_sky.errors import UsageError
+from aomc_sky.options import SECTIONS
 
 
 class WrongWordsError(UsageError):
@@ -116,10 +116,12 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As argparse does, and refuse words that are left over."""
         self.given.clear()
-        found, rest = super().parse_known_args(None if args is None else _lists_joined(args), namespace)
+        found, rest = super().parse_known_args(args, namespace)
         if rest and rest[0].startswith("-"):
             word, name = rest[0].partition("=")[0], self.prog.rpartition(" ")[2]
-            self.error(f"{name} has no option {word}{did_you_mean(word, self._option_string_actions)}")
+            self.error(
+                f"{name} has no option {word}{_elsewhere(word) or did_you_mean(word, self._option_string_actions)}"
+            )
         if rest:
             self.error(f"{rest[0]!r} is one word too many; a path with blanks stands in quotes")
         return found, rest
@@ -135,20 +137,6 @@ class Parser(argparse.ArgumentParser):
         raise WrongWordsError(message)
 
 
-def _lists_joined(words: Sequence[str]) -> list[str]:
-    """Numbers after --wavelengths become one word with blanks, so that the name of a file may follow them."""
-    made: list[str] = []
-    is_list = False
-    for word in words:
-        is_number = re.fullmatch(r"-?[.,]?\d[\d.,]*(e[+-]?\d+,?)?|,", word, re.IGNORECASE) is not None
-        if is_list and (is_number or (re.match(r"-?[.,]?\d", word) and not os.path.exists(word))):
-            made[-1] += (" " if "=" in made[-1] else "=") + word
-        else:
-            made.append(word)
-            is_list = re.match(r"--wavelengths?(=|$)", word) is not None
-    return made
-
-
 def _usage_of(needed: Iterable[argparse.Action]) -> str:
     """The arguments and options that a command needs, as a person writes them."""
     words = []
@@ -156,6 +144,16 @@ def _usage_of(needed: Iterable[argparse.Action]) -> str:
         name = action.metavar or "|".join(map(str, action.choices or (action.dest,)))
         words += [*action.option_strings[:1], f"{name}{' ...' if action.nargs == '+' else ''}"]
     return "".join(f"{word} " for word in words)
+
+
+def _elsewhere(word: str) -> str:
+    """What to write for an option that stands in sky.toml or does nothing here; empty for another word."""
+    if word in IDLE:
+        return f"; leave it out: {IDLE[word]}"
+    found = [(section, key) for section, rows in SECTIONS.items() for key, row in rows.items() if row.flag == word]
+    return "".join(
+        f"; write {'a to e' if key == 'coefficients' else key} below [{s}] of sky.toml" for s, key in found[:1]
+    )
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
@@ -186,6 +184,14 @@ WITHDRAWN = {
     "completion": "write aomc-sky --print-completion bash|zsh|tcsh",
 }
 """Sub-commands of earlier versions -> what to use."""
+
+IDLE = {
+    "--radiance": "spectral radiances are written in any case",
+    "--save-delta-scattering": "radiance_by_order is written in any case",
+    "--no-eds-tex": "there is no texture of eclipsed double scattering",
+    **dict.fromkeys(("--opengl-info", "--opengl-debug", "--opengl-debug-full"), "OpenGL is not used"),
+}
+"""Options of calcmysky that would change nothing -> why."""
 
 _EPILOG = """\
 `aomc-sky COMMAND --help` shows what a command takes.

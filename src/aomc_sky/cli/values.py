@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import math
 import re
 from collections.abc import Callable
 from decimal import Decimal, InvalidOperation
+from typing import Any
 
-from aomc_sky.inputs import INPUTS, MOMENT, in_nm
+from aomc_sky.options import Kind, Option, in_nm
 
 _SUFFIXES = {"": 1, "k": 2**10, "m": 2**20, "g": 2**30, "t": 2**40}
 
@@ -39,20 +39,16 @@ def finite_number(text: str) -> float:
     return value
 
 
-def whole_number_in(low: int, high: int) -> Callable[[str], int]:
+def whole_number_in(low: float, high: float) -> Callable[[str], int]:
     """Type of an option that is a whole number from `low` to `high`."""
 
     def number(text: str) -> int:
         value = whole_number(text)
         if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"expected {low} to {high}, got {text}")
+            raise argparse.ArgumentTypeError(f"expected {low:.20g} to {high:.20g}, got {text}")
         return value
 
     return number
-
-
-seed = whole_number_in(0, 2**64 - 1)
-thread_count = whole_number_in(1, 1024)
 
 
 def photon_total(text: str) -> int:
@@ -149,15 +145,6 @@ def number_in(low: float, high: float) -> Callable[[str], float]:
     return number
 
 
-INPUT_TYPES = {
-    **{row.name: number_in(row.low, row.high) for row in INPUTS.values() if row.low > -math.inf},
-    **dict.fromkeys(MOMENT, None),
-    "latitude_deg": degrees("N", "S"),
-    "longitude_deg": degrees("E", "W"),
-}
-"""Types of inputs of sky and sun by their names: numbers in their ranges, and places; None for other texts."""
-
-
 def moment(text: str) -> float:
     """A time with its zone, or seconds since 1970."""
     from aomc_sky.formats.report import BadValueError
@@ -168,3 +155,87 @@ def moment(text: str) -> float:
         return keys.time(float(text) if is_number else text)
     except BadValueError as problem:
         raise argparse.ArgumentTypeError(f"{problem.message}; {problem.advice}") from None
+
+
+_MOST_SUNS = 1000
+
+
+def suns(text: str) -> tuple[float, ...] | None:
+    """Zenith angles with commas or START:END:STEP; None for all of the description. [deg]"""
+    if text == "all":
+        return None
+    found = tuple(stepped(text)) if ":" in text else tuple(sorted(map(finite_number, text.split(","))))
+    if any(not 0 <= sun <= 180 for sun in found):
+        raise argparse.ArgumentTypeError(f"expected zenith angles from 0 to 180 degrees, got {text!r}")
+    if len(found) > _MOST_SUNS:
+        raise argparse.ArgumentTypeError(f"{len(found)} suns in {text!r}; at most {_MOST_SUNS}")
+    if len(set(found)) < len(found):
+        raise argparse.ArgumentTypeError(f"a sun is given twice in {text!r}")
+    return found
+
+
+def column(text: str) -> tuple[str, str]:
+    """What a coordinate is, and its name, of ROLE=NAME."""
+    role, _, name = text.partition("=")
+    if role not in ("zenith", "elevation", "azimuth", "wavelength") or not name:
+        message = f"expected ROLE=NAME with zenith, elevation, azimuth or wavelength, as zenith=vza, got {text!r}"
+        raise argparse.ArgumentTypeError(message)
+    return role, name
+
+
+def dimension_index(text: str) -> tuple[str, int]:
+    """Name and index of DIM=INDEX."""
+    name, _, index = text.partition("=")
+    if not name or not index.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected DIM=INDEX, for example stokes=0, got {text!r}")
+    return name, int(index)
+
+
+def sky_name(text: str) -> str:
+    """The name of a sky of ours or of an installed package."""
+    from aomc_sky.formats.sky_toml.keys import value_problem
+
+    _, message, advice = value_problem("sky", "model", text)
+    if message:
+        raise argparse.ArgumentTypeError(f"{message}; {advice}")
+    return text
+
+
+def sky_option(text: str) -> tuple[str, Any]:
+    """Name and value of KEY=VALUE; the value is read as TOML, or is the text itself if it is not TOML."""
+    import tomllib
+
+    name, is_pair, value = text.partition("=")
+    if not is_pair or not name.isidentifier():
+        raise argparse.ArgumentTypeError(f"expected KEY=VALUE, for example type=12, got {text!r}")
+    try:
+        found = tomllib.loads(f"value = {value}")
+    except ValueError:
+        return name, value
+    return name, found["value"] if len(found) == 1 else value
+
+
+TYPES: dict[Kind, Callable[[Option], Callable[[str], Any] | None]] = {
+    Kind.WORD: lambda row: None,
+    Kind.FORMAT: lambda row: None,
+    Kind.TEXT: lambda row: None,
+    Kind.NAMES: lambda row: None,
+    Kind.AZIMUTHS: lambda row: None,
+    Kind.RADIANCE_UNIT: lambda row: None,
+    Kind.NUMBER: lambda row: number_in(row.low, row.high),
+    Kind.COUNT: lambda row: whole_number_in(row.low, row.high),
+    Kind.SIGNS: lambda row: whole_number,
+    Kind.SKY: lambda row: sky_name,
+    Kind.SKY_OPTION: lambda row: sky_option,
+    Kind.COLUMN: lambda row: column,
+    Kind.INDEX: lambda row: dimension_index,
+    Kind.WAVELENGTH: lambda row: wavelength,
+    Kind.WAVELENGTHS: lambda row: wavelengths,
+    Kind.SUNS: lambda row: suns,
+    Kind.LATITUDE: lambda row: degrees("N", "S"),
+    Kind.LONGITUDE: lambda row: degrees("E", "W"),
+    Kind.MOMENT: lambda row: moment,
+    Kind.PHOTONS: lambda row: photon_total,
+    Kind.MEMORY: lambda row: memory,
+}
+"""Kind of a row with an option -> the type of its value; None takes the word as it is."""

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError, floats, number, require_one_of, shown_value
 from aomc_sky.grid import PatchGrid
-from aomc_sky.inputs import PEREZ, say
+from aomc_sky.options import PEREZ, say
 from aomc_sky.source.light.join import light_of
 from aomc_sky.source.light.said import Speakers, moment_said, said_by_caller
 from aomc_sky.source.light.skies import Model, Sky, model_of, named_sky, perez_of, require_sky_name, with_sun_of

@@ -7,7 +7,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.main import main
-from aomc_sky.inputs import CLEAR_SKY
+from aomc_sky.options import CLEAR_SKY
 from aomc_sky.source.light.spectral_split import AEROSOLS
 from tests.support.scenes import copy_scene
 

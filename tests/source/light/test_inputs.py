@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import aomc_sky as sky
 from aomc_sky.formats.aomc.amc import LightSource
 from aomc_sky.formats.sky_toml.sections import PerezSection, SunSection
-from aomc_sky.inputs import listed, say
+from aomc_sky.options import listed, say
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG
 from aomc_sky.source.light.brightness import InBands, direct_fraction
 from aomc_sky.source.light.place import Sun
@@ -273,3 +273,35 @@ def test_an_input_has_both_its_names(template):
 
 def test_a_list_of_inputs_names_each_once():
     assert listed(["dhi", "disc:False", "dhi"]) == "--dhi (dhi=) and --no-disc (sun_disc=False)"
+
+
+@pytest.mark.parametrize(
+    ("line", "argument"),
+    [
+        ('limits = "paper"', {"perez": {"limits": "paper"}}),
+        ('within = "uniform"', {"within": "uniform"}),
+        ('air_mass = "kasten-1966"', {"perez": {"air_mass": "kasten-1966"}}),
+        ("extraterrestrial_normal = 1300.0", {"perez": {"extraterrestrial_normal": 1300.0}}),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:Perez sky, epsilon 3, Delta 0.9")
+def test_a_key_of_the_model_is_the_argument(tmp_path, line, argument):
+    toml = "[perez]\nepsilon = 3.0\ndelta = 0.9\n" if line.startswith("limits") else TOML
+    folder = scene_folder(tmp_path, toml=f"{toml}{line}\n", difcol=DIFCOL)
+    by_key = sky.read_scene(folder)
+    (folder / "sky.toml").write_text(toml)
+    by_argument, plain = sky.read_scene(folder, **argument), sky.read_scene(folder)
+    plans = [scene.source(1).plan.sha256 for scene in (by_key, by_argument, plain)]
+    assert plans[0] == plans[1] != plans[2]
+    name, value = next(iter(argument.get("perez", argument).items()))
+    assert perez_of(by_key)[name] == perez_of(by_argument)[name] == value != perez_of(plain)[name]
+
+
+def test_keys_of_the_model_that_have_no_use_are_noted(tmp_path):
+    words = 'limits = "paper"\nair_mass = "kasten-1966"\n'
+    folder = scene_folder(tmp_path, toml=f"[perez]\nepsilon = 3.0\ndelta = 0.2\n{words}", difcol=DIFCOL)
+    said = "sky.toml: air_mass is not used: the sky is a perez sky of epsilon 3 and Delta 0.2"
+    assert said in sky.read_scene(folder).notes
+    said = "sky.toml: limits and air_mass are not used: the sky is a uniform sky"
+    (folder / "sky.toml").write_text(f"[perez]\n{words}")
+    assert said in sky.read_scene(folder, sky="uniform").notes

@@ -192,9 +192,9 @@ VALUES = {"level=2": 2, "level=[1, 2]": [1, 2], "level=clear": "clear", "level=1
 
 @pytest.mark.parametrize("text", VALUES)
 def test_values_on_the_command_line_are_those_of_toml(text):
-    from aomc_sky.cli.options import _sky_option
+    from aomc_sky.cli.values import sky_option
 
-    assert _sky_option(text) == ("level", VALUES[text])
+    assert sky_option(text) == ("level", VALUES[text])
 
 
 def test_rayleighs_pattern_on_the_sky_of_another_package(install, scene_with):

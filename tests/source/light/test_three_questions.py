@@ -194,7 +194,7 @@ def test_names_of_others_in_braces_stay_as_they_are():
 
 def test_every_input_belongs_to_one_question():
     """An input of no question would be accepted without use."""
-    from aomc_sky.inputs import INPUTS as ROWS
+    from aomc_sky.options import INPUTS as ROWS
     from aomc_sky.source.light import unused
 
     questions = [*unused._PLACE, "disc", "diffuse_only", *unused._LIGHT, *unused._SKY]

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky import __version__
 from aomc_sky.cli import options as cli_options
-from aomc_sky.cli import values
 from aomc_sky.cli.terminal import report_text
 from aomc_sky.errors import UsageError
-from aomc_sky.inputs import LIGHTS
+from aomc_sky.options import LIGHTS
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
@@ -21,7 +19,6 @@ if TYPE_CHECKING:
 
 
 FORMAT_VERSION = 6
-_MOST_SUNS = 1000
 
 _EPILOG = """\
 examples:
@@ -33,34 +30,16 @@ In the folder: skydist.inp (the sky without the direct beam; in a folder for eac
 atmosphere.nc (all suns, wavelengths and orders; needs the extra 'netcdf') and report.json.
 """
 
-_OPTIONS = """\
-what is solved:
---sun-zenith DEG              zenith angle of the sun: a number, several with commas, START:END:STEP, or all: as many
-                              from 0 to 90 as the description's scattering texture has (default 40)
---sun-azimuth DEG             azimuth of the sun from +x towards +y (default 0)
---wavelength --wavelengths NM...  wavelengths with blanks or commas, between those of the description (default all)
---method sos|order1|mc|auto   sos: successive orders of scattering, with a warning for a sun lower than 10 degrees
-                              (default); order1: light scattered once; mc: backward paths through shells, for any sun;
-                              auto: mc where sos is not accurate
---orders N                    most interactions that count (default: the description's)
---paths N                     backward paths of mc and of a glowing ground in each direction and at each wavelength;
-                              four times as many halve the error (default: 4096, or 16384 where these are not enough,
-                              and 32768 of the ground)
---bins NZ NA                  equal bins of zenith and azimuth (default: those of the description's scattering texture,
-                              or 45 180)
-what is written and printed:
---out FILE                    the sky as one netCDF file, which [sky] table of sky.toml reads
---out-dir DIR                 folder of the tables; made if it does not exist
---force                       replace files there that aomc-sky did not write
---allow-path
---no-netcdf                   leave atmosphere.nc out
---strict --json --quiet
-"""
-_CALCMYSKY_OPTIONS = """\
-options of calcmysky:
---no-save-tex                 read and check the description, print the plan, solve nothing
---texture-save-precision BITS  atmosphere.nc in float32 with significands of 1 to 24 bits (default: float64)
-"""
+GROUPS = {
+    "what is solved": "atmosphere.zenith_deg atmosphere.azimuth_deg atmosphere.wavelengths atmosphere.method orders "
+    "paths atmosphere.bins",
+    "what is written and printed": "atmosphere.out out_dir atmosphere.force allow_path no_netcdf "
+    "fail_on_warnings json quiet",
+    **cli_options.MOON,
+    "options of calcmysky": "no_save_tex texture_save_precision save_irradiance save_scat_density2_from_ground "
+    "save_scat_density save_accum_scattering save_light_pollution",
+}
+FIRST = "out-dir sun-zenith sun-azimuth wavelengths method bins no-save-tex no-netcdf force json quiet"
 
 
 def add_options(parser: Parser) -> None:
@@ -74,32 +53,9 @@ def add_options(parser: Parser) -> None:
     parser.add_argument(
         "-v", "--version", action="version", version=f"aomc-sky {__version__}, descriptions of version {FORMAT_VERSION}"
     )
-    kinds = {
-        "sun_zenith": _suns,
-        "orders": values.whole_number_in(1, 2**31),
-        "paths": values.whole_number_in(8, 10**9),
-    }
-    cli_options.add_table(parser, _OPTIONS, kinds, sun_zenith=(40.0,), sun_azimuth=0.0, method="sos")
-    cli_options.add_light_options(parser)
-    rows = [f"{option}  {text}" for option, text in _SAVES.values()]
-    rows += [f"{option}  accepted: {why}" for option, why in _IDLE.items()]
-    kinds = {"texture_save_precision": values.whole_number_in(1, 24)}
-    cli_options.add_table(parser, _CALCMYSKY_OPTIONS + "\n".join(rows), kinds)
-    parser.show_first("out-dir sun-zenith sun-azimuth wavelength method bins no-save-tex no-netcdf force json quiet")
+    cli_options.add_groups(parser, GROUPS)
+    parser.show_first(FIRST)
     parser.set_defaults(handler=atmosphere)
-
-
-def _suns(text: str) -> tuple[float, ...] | None:
-    if text == "all":
-        return None
-    suns = tuple(values.stepped(text)) if ":" in text else tuple(sorted(map(values.finite_number, text.split(","))))
-    if any(not 0 <= sun <= 180 for sun in suns):
-        raise argparse.ArgumentTypeError(f"expected zenith angles from 0 to 180 degrees, got {text!r}")
-    if len(suns) > _MOST_SUNS:
-        raise argparse.ArgumentTypeError(f"{len(suns)} suns in {text!r}; at most {_MOST_SUNS}")
-    if len(set(suns)) < len(suns):
-        raise argparse.ArgumentTypeError(f"a sun is given twice in {text!r}")
-    return suns
 
 
 def atmosphere(arguments: argparse.Namespace) -> int:
@@ -127,9 +83,6 @@ def atmosphere(arguments: argparse.Namespace) -> int:
                 files["sky"] = arguments.out
     report = table_report(table)
     cli_options.answer(arguments, lambda: {**report, "files": files}, lambda: _text(report, files))
-    for option, why in () if arguments.quiet else _IDLE.items():
-        if getattr(arguments, cli_options.attribute(option)):
-            print(f"aomc-sky: note: {option} has no effect: {why}", file=sys.stderr)
     return 0
 
 
@@ -145,13 +98,13 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
         path=arguments.path,
         sun_zenith_deg=arguments.sun_zenith,
         sun_azimuth_deg=arguments.sun_azimuth,
-        wavelength_nm=None if arguments.wavelength is None else tuple(arguments.wavelength),
+        wavelength_nm=None if arguments.wavelengths is None else tuple(arguments.wavelengths),
         method=arguments.method,
         n_orders=arguments.orders,
         n_paths=arguments.paths,
         bins=None if arguments.bins is None else (arguments.bins[0], arguments.bins[1]),
-        allow_paths=tuple(arguments.allow_path),
-        saves=Saves(**{key: getattr(arguments, cli_options.attribute(option)) for key, (option, _) in _SAVES.items()}),
+        allow_paths=tuple(arguments.allow_path or ()),
+        saves=Saves(**{member: getattr(arguments, name) for member, name in _SAVES.items()}),
         significand_bits=arguments.texture_save_precision,
         moon=moon_direction(lights),
         ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
@@ -186,8 +139,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
             "the output is missing; write --out FILE.nc or --out-dir DIR (or --no-save-tex to check the description)"
         )
     _check_targets(arguments)
-    options = [*(option for option, _ in _SAVES.values()), "--texture-save-precision"]
-    needing = [option for option in options if getattr(arguments, cli_options.attribute(option))]
+    needing = cli_options.given_options(arguments, *_SAVES.values(), "texture_save_precision")
     if arguments.no_netcdf and needing and arguments.out is None:
         raise UsageError(f"{', '.join(needing)}: this is written to atmosphere.nc, which --no-netcdf leaves out")
     if not arguments.no_netcdf or arguments.out is not None:
@@ -208,21 +160,10 @@ def _text(report: Mapping[str, Any], files: Mapping[str, str]) -> str:
 
 
 _SAVES = {
-    "irradiance": ("--save-irradiance", "irradiances order by order"),
-    "source_from_ground": (
-        "--save-scat-density2-from-ground",
-        "source function of order 2 from light of the ground, with --method sos",
-    ),
-    "source": ("--save-scat-density", "source functions of orders 2 and up, with --method sos"),
-    "cumulative": ("--save-accum-scattering", "radiance of all orders up to each"),
-    "glow": ("--save-light-pollution", "light of a ground of 1 cd/m2, order by order, by backward paths"),
+    "irradiance": "save_irradiance",
+    "source_from_ground": "save_scat_density2_from_ground",
+    "source": "save_scat_density",
+    "cumulative": "save_accum_scattering",
+    "glow": "save_light_pollution",
 }
-"""Member of `Saves` -> its option, and what it adds to atmosphere.nc."""
-
-_IDLE = {
-    "--radiance": "spectral radiances are written in any case",
-    "--save-delta-scattering": "radiance_by_order is written in any case",
-    "--no-eds-tex": "there is no texture of eclipsed double scattering to leave out",
-    **dict.fromkeys(("--opengl-info", "--opengl-debug", "--opengl-debug-full"), "OpenGL is not used"),
-}
-"""Options of calcmysky that change nothing -> why."""
+"""Member of `Saves` -> its row in the table of options."""

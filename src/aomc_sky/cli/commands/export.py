@@ -22,15 +22,7 @@ examples:
   aomc-sky export out --to source --out day.sky       the source for a code in C or Fortran, with aomc_sky.h
 """
 
-_OPTIONS = """\
---out PATH                    folder, or a file of mcpl (.mcpl), netcdf (.nc), source (.sky) or envmap (.npy, .hdr,
-                              .exr); default beside RUN: RUN.mcpl, RUN.nc, RUN.sky, or RUN-FORMAT for a folder
---waveband I*                 only this band, from 1; netcdf and source always hold all
---scene AMC_INP               amc.inp of the run's scene, for aomc: its files are copied beside the sky
---threads
---force                       replace what is there
---json --quiet
-"""
+GROUPS = {"": "to export.out export.waveband export.scene threads export.force json quiet"}
 
 
 def add_options(parser: Parser) -> None:
@@ -40,13 +32,7 @@ def add_options(parser: Parser) -> None:
     )
     parser.epilog = _EPILOG
     parser.add_argument("run", metavar="RUN", help="run folder")
-    parser.add_argument(
-        "--to",
-        choices=tuple(exports()),
-        required=True,
-        help="the format; see docs/export.md",
-    )
-    cli_options.add_table(parser, _OPTIONS)
+    cli_options.add_groups(parser, GROUPS)
     parser.set_defaults(handler=export, resumes=True)
 
 

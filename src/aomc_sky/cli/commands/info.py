@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Iterable, Mapping
-from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,20 +13,20 @@ from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.background_report import report_background
 from aomc_sky.cli.terminal import report_text, shown, table
 from aomc_sky.errors import UsageError
+from aomc_sky.options import LOBES
 from aomc_sky.source.read.kind import Kind, kind_of
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
     from aomc_sky.formats.mcpl.file import McplFile
 
-_INSTEAD = """\
---include-dir                 print the folder of aomc_sky.h, aomc_sky.c and aomc_sky.f90
---skies                       list the sky models of other packages (--sky NAME)
-"""
-_LOBES = """\
-lobes of a background sky at one --time:
---wavelength --wavelengths NM...  with blanks or commas; default: those of the spectra; of a measured sky, its wavebands
-"""
+GROUPS = {
+    "": "include_dir skies json",
+    **cli_options.READING,
+    **cli_options.WHEN,
+    "lobes of a background sky at one --time": f"info.wavelengths {' '.join(LOBES)}",
+}
+FIRST = "time skies include-dir iterations json"
 
 
 def add_options(parser: Parser) -> None:
@@ -50,13 +49,8 @@ def add_options(parser: Parser) -> None:
         nargs="?",
         help="amc.inp, a folder, a measured sky (.csv), an MCPL, HDF5 (.h5, .hdf5), .atmo or .sky file",
     )
-    building = parser.add_mutually_exclusive_group()
-    cli_options.add_table(building, _INSTEAD)
-    cli_options.add_reading_options(parser)
-    cli_options.add_moment_options(parser)
-    cli_options.add_background_options(parser, _LOBES)
-    cli_options.add_table(parser, "--json")
-    parser.show_first("time skies include-dir iterations json")
+    cli_options.add_groups(parser, GROUPS)
+    parser.show_first(FIRST)
     parser.set_defaults(handler=info)
 
 
@@ -65,6 +59,8 @@ def info(arguments: argparse.Namespace) -> int:
     if arguments.include_dir or arguments.skies:
         if arguments.path is not None:
             raise UsageError("--include-dir and --skies take no PATH")
+        if arguments.include_dir and arguments.skies:
+            raise UsageError("--include-dir and --skies are two commands; leave one out")
         if arguments.skies:
             return _skies(arguments)
         print(include_dir())
@@ -86,9 +82,9 @@ def info(arguments: argparse.Namespace) -> int:
 
 def _refuse_idle_options(arguments: argparse.Namespace, kind: Kind, *, is_scene: bool) -> None:
     """Refuse options that do not apply to this kind of path."""
-    of_lobes = cli_options.given_options(arguments, partial(cli_options.add_background_options, more=""))
-    of_lobes += ["--wavelengths"] * (arguments.wavelength is not None and not is_scene)
-    of_scenes = cli_options.given_options(arguments, cli_options.add_reading_options, cli_options.add_moment_options)
+    of_lobes = cli_options.given_options(arguments, *LOBES)
+    of_lobes += ["--wavelengths"] * (arguments.wavelengths is not None and not is_scene)
+    of_scenes = cli_options.given_options(arguments, *cli_options.names_of(cli_options.READING | cli_options.WHEN))
     for option in of_lobes if kind is not Kind.BACKGROUND else ():
         raise UsageError(f"{option} is for {Kind.BACKGROUND.value}; {arguments.path} is {kind.value}")
     for option in of_scenes if not is_scene else ():
@@ -185,7 +181,6 @@ def _unfinished(arguments: argparse.Namespace, path: Path) -> int:
 def _scene(arguments: argparse.Namespace, path: Path) -> int:
     from aomc_sky.cli.commands.run import dry_run_text, scene_summary
 
-    arguments.wavelengths = arguments.wavelength  # of a measured sky, as `run` has them
     scene = cli_options.scene_of(arguments, str(path))
 
     def text() -> str:
@@ -300,7 +295,7 @@ def _atmosphere(arguments: argparse.Namespace, path: Path) -> int:
     from aomc_sky.skies.atmosphere.description.medium import read_medium
     from aomc_sky.skies.atmosphere.description.reader import read_atmo
 
-    d = read_atmo(path, allow_paths=arguments.allow_path)
+    d = read_atmo(path, allow_paths=arguments.allow_path or ())
     _, medium = read_medium(d)
     what = "atmosphere description"
     values = {

@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
-from aomc_sky.cli import values
 from aomc_sky.cli.terminal import report_text
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
-from aomc_sky.inputs import INPUTS, MODEL, PEREZ, SUN, WEATHER_FILES
+from aomc_sky.options import PEREZ, WEATHER_FILES
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
@@ -31,26 +30,18 @@ examples:
   aomc-sky perez --weather site.epw --row 4000 --iterations 1e6 --out sky     its photons, as `run` writes them
 """
 
-_OPTIONS = """\
-what is written and printed:
---bins NZ NA                  equal bins (default 45 180)
---write-skydist FILE          radiances as a skydist.inp
---wavelength NM               wavelength of the table in skydist.inp, and of photons (default 550)
---plot FILE                   the sky dome as .png, .svg or .pdf (needs the extra 'plot')
---out DIR                     run folder with the photons of the sky
---iterations N                photons (default 1e6)
---seed
---force                       replace files that another program wrote, and another run in the folder
---strict --json --quiet
-"""
-_PHOTON_OPTIONS = f"""\
-{cli_options.SAMPLING}\
---format --threads --max-memory
---wavelengths NM...           with --out: wavebands in place of the one of --wavelength, with blanks or commas
---diffuse-only                with --out: photons of the sky without those of the sun's beam
---with-beam                   with --out: beam and sky, which is the default; an error where the beam is not known
--v --verbose                  with --out: print how photons are drawn
-"""
+_PHOTONS = "format threads max_memory perez.wavelengths perez.diffuse_only with_beam perez.verbose"
+GROUPS = {
+    **cli_options.WHEN,
+    "the sun, without a weather file": "zenith_deg azimuth_deg",
+    "the sky: two of dni, dhi and ghi, epsilon and delta, or coefficients": f"{' '.join(PEREZ)} polarisation",
+    "what is written and printed": "perez.bins write_skydist perez.wavelength plot perez.out perez.iterations seed "
+    "perez.force fail_on_warnings json quiet",
+    **cli_options.DRAWN,
+    "photons, with --out": _PHOTONS,
+}
+_OF_PHOTONS = (*cli_options.names_of(cli_options.DRAWN), *_PHOTONS.split())
+FIRST = "dni dhi sun-zenith time latitude longitude weather row out iterations seed write-skydist plot json"
 
 
 def add_options(parser: Parser) -> None:
@@ -60,17 +51,8 @@ def add_options(parser: Parser) -> None:
         "skydist.inp, as photons or as a picture."
     )
     parser.epilog = _EPILOG
-    cli_options.add_moment_options(parser)
-    group = parser.add_argument_group("the sun, without a weather file")
-    cli_options.add_inputs(group, SUN["zenith_deg"], SUN["azimuth_deg"])
-    group = parser.add_argument_group("the sky: two of dni, dhi and ghi, epsilon and delta, or coefficients")
-    cli_options.add_inputs(group, *(PEREZ | MODEL).values(), INPUTS["polarisation"])
-    defaults = {"bins": [45, 180], "wavelength": 550.0, "iterations": 10**6}
-    cli_options.add_table(parser, _OPTIONS, {"iterations": values.photon_total}, **defaults)
-    cli_options.add_table(parser, _PHOTON_OPTIONS)
-    parser.show_first(
-        "dni dhi sun-zenith time latitude longitude weather row out iterations seed write-skydist plot json"
-    )
+    cli_options.add_groups(parser, GROUPS)
+    parser.show_first(FIRST)
     parser.set_defaults(handler=perez, resumes=True)
 
 
@@ -121,7 +103,7 @@ def _check(arguments: argparse.Namespace) -> None:
     from aomc_sky.outputs.run_folder import check_folder, check_target
 
     if arguments.out is None:
-        for name in cli_options.given_options(arguments, _PHOTON_OPTIONS):
+        for name in cli_options.given_options(arguments, *_OF_PHOTONS):
             raise UsageError(f"{name} is for photons: name their folder with --out DIR")
         if arguments.spectrum is not None:
             raise UsageError("--spectrum shares beam and sky out over the photons: name their folder with --out DIR")

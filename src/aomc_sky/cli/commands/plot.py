@@ -6,7 +6,6 @@ import argparse
 import dataclasses
 import os
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +13,7 @@ from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.background_report import lobes_at
 from aomc_sky.cli.terminal import shown
 from aomc_sky.errors import InputFileError, UsageError
+from aomc_sky.options import FIELD, LOBES
 from aomc_sky.progress import status_line
 from aomc_sky.source.read.kind import Kind, kind_of
 
@@ -35,39 +35,15 @@ examples:
   aomc-sky plot sky.nc                                 what aomc-sky atmosphere --out sky.nc solved
 """
 
-_PICTURE = """\
-the picture:
---out FILE                    the picture as .png, .svg or .pdf (default: PATH.png beside PATH)
---force                       replace a file that aomc-sky did not write
---size PX                     width in dots, 300 to 8000 (default 960)
---seen-from above|below       above: as a map, east to the right (default); below: as one looks up, east to the left
---range LOW HIGH              ends of the colour bar (default: the values, at most four decades)
---scale shared|each           shared: one colour bar for all domes (default); each: a bar for each dome, where some
-                              would be dark
---cmap NAME                   colour map of matplotlib (default viridis; of pulls RdBu_r)
---norm log|linear             of the colours (default log; of pulls linear)
---title TEXT                  above the picture (default: what PATH is)
---no-caption                  leave out the sentences below, as for a paper
---json --quiet
-"""
-_CONTENT = """\
-what is drawn:
---show radiance|counts        of a scene or a run: radiance, or photons per steradian (default: radiance of a scene,
-                              counts of a run)
---quantity dop|aop            of a run whose light is polarised: its degree or angle of linear polarisation
---pull                        of a run: photons less what is expected, over the standard deviation of independent
-                              photons
---waveband I*                 only this band, or this table of a file, from 1 (default: all, 12 spread over more)
---seed INT                    of the counts of a scene, 0 to 2^64-1 (default 0)
---wavelength --wavelengths NM...  of a background sky, with blanks or commas (default near 550)
-"""
-_TIME = """\
-a background sky over time:
---time TIME                   one time: ISO 8601 with Z or an offset, or seconds since 1970-01-01 UTC (default:
-                              several times side by side)
---frames N                    how many they are, from the first key to the last, or over a day or a week, 2 to 12
-                              (default 12)
-"""
+_CONTENT = "show quantity pull plot.waveband plot.seed plot.wavelengths"
+_TIME = f"plot.time frames {' '.join(LOBES)}"
+GROUPS = {
+    "the picture": "plot.out plot.force size seen_from range scale cmap norm title no_caption json quiet",
+    "what is drawn": _CONTENT,
+    "a background sky over time": _TIME,
+    **cli_options.READING,
+}
+FIRST = "out show pull waveband wavelengths time size seen-from range title force json quiet"
 
 
 def add_options(parser: Parser) -> None:
@@ -84,11 +60,8 @@ def add_options(parser: Parser) -> None:
         help="amc.inp or its folder, a run folder, a measured sky (.csv), a background sky (.h5, .hdf5), skydist.inp, "
         "or a netCDF file of this package (.nc)",
     )
-    cli_options.add_table(parser, _PICTURE, seen_from="above", scale="shared")
-    cli_options.add_table(parser, _CONTENT, seed=0)
-    cli_options.add_background_options(parser, _TIME)
-    cli_options.add_reading_options(parser)
-    parser.show_first("out show pull waveband wavelength time size seen-from range title force json quiet")
+    cli_options.add_groups(parser, GROUPS)
+    parser.show_first(FIRST)
     parser.set_defaults(handler=plot)
 
 
@@ -120,7 +93,7 @@ def plot(arguments: argparse.Namespace) -> int:
             picture, n_panels = _PICTURES[kind](arguments)
         figure = figure_of(
             picture,
-            size_px=arguments.size or _SIZE_PX,
+            size_px=arguments.size,
             view=View(arguments.seen_from),
             choice=ColourChoice(limits=arguments.range, cmap=arguments.cmap, norm=arguments.norm),
             scale=arguments.scale,
@@ -166,7 +139,6 @@ def _text(values: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-_SIZE_PX = 960
 _USUAL_NM = 550.0
 """A background sky is drawn at its wavelength nearest to this one."""
 
@@ -182,7 +154,7 @@ _BELONGS: dict[str, tuple[Kind, ...]] = {
     **dict.fromkeys(("--variable-q", "--variable-u", "--stokes-signs"), (Kind.NETCDF,)),
     **dict.fromkeys(("--seed", "--iterations"), (Kind.SCENE, Kind.MEASURED)),
     **dict.fromkeys(("--sun-zenith", "--sun-azimuth"), (Kind.SCENE, Kind.MEASURED, Kind.NETCDF)),
-    "--wavelength": (Kind.BACKGROUND,),
+    "--wavelengths": (Kind.BACKGROUND,),
     **dict.fromkeys(("--bins", "--weighting", "--azimuth-bins", "--compat", "--lenient"), (Kind.SCENE, Kind.TABLE)),
     **dict.fromkeys(("--strict", "--max-memory"), tuple(Kind)),
 }
@@ -193,8 +165,8 @@ def _refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
     """Refuse options that do not apply to this kind of path."""
     if not Path(arguments.path).exists():
         return  # what reads it says so
-    time_options = cli_options.given_options(arguments, partial(cli_options.add_background_options, more=_TIME))
-    others = cli_options.given_options(arguments, _CONTENT, cli_options.add_reading_options)
+    time_options = cli_options.given_options(arguments, *_TIME.split())
+    others = cli_options.given_options(arguments, *_CONTENT.split(), *cli_options.names_of(cli_options.READING))
     for option in [*time_options, *others]:
         kinds = (Kind.BACKGROUND,) if option in time_options else _BELONGS.get(option, (Kind.SCENE,))
         if kind not in kinds:
@@ -309,7 +281,7 @@ def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.pictures.plot import netcdf_picture
 
     has_sun = (arguments.sun_zenith, arguments.sun_azimuth) != (None, None)
-    if has_sun or cli_options.given_options(arguments, cli_options.add_measured_options):
+    if has_sun or cli_options.given_options(arguments, *FIELD):
         return _scene(arguments)
     panels = [band - 1 for band in dict.fromkeys(arguments.waveband)] if arguments.waveband else None
     try:
@@ -329,7 +301,7 @@ def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
     if arguments.frames is not None:
         raise UsageError("--time is one time; --frames is for several")
     _, sky, known_nm = lobes_at(arguments, arguments.time)
-    wavelengths = known_nm.tolist() if arguments.wavelength else [_nearest_nm(known_nm)]
+    wavelengths = known_nm.tolist() if arguments.wavelengths else [_nearest_nm(known_nm)]
     pictures = [lobe_picture([(f"{w:g} nm", sky)], w) for w in wavelengths]
     title = _title(arguments, f"{Path(arguments.path).name}, {moment_text(arguments.time)}")
     domes = tuple(picture.domes[0] for picture in pictures)
@@ -342,10 +314,10 @@ def _over_time(arguments: argparse.Namespace) -> Picture:
     from aomc_sky.pictures.picture import MOST_PANELS
     from aomc_sky.skies.lobes.light import read_background
 
-    if arguments.wavelength and len(arguments.wavelength) > 1:
+    if arguments.wavelengths and len(arguments.wavelengths) > 1:
         raise UsageError("several times are shown at one --wavelength; several wavelengths are for one --time")
     *_, known_nm = lobes_at(arguments, 0.0)  # refuses names and wavelengths that are not in the file
-    wavelength = float(known_nm[0]) if arguments.wavelength else _nearest_nm(known_nm)
+    wavelength = float(known_nm[0]) if arguments.wavelengths else _nearest_nm(known_nm)
     sky = read_background(arguments.path, utc_offset_h=arguments.utc_offset)
     if arguments.animation is not None:
         sky = dataclasses.replace(sky, animations={name: sky.animations[name] for name in arguments.animation})

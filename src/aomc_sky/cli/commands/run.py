@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import MAX_ROWS, shown, table
 from aomc_sky.errors import UsageError
+from aomc_sky.options import FIELD, READING
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
@@ -27,37 +28,24 @@ if TYPE_CHECKING:
 _EPILOG = """\
 examples:
   aomc-sky run inputs/clear_day/amc.inp --seed 1 --out out
-  aomc-sky run amc.inp --iterations 1e9 --format none        counts and plan only
-  aomc-sky run amc.inp --format raw --out - | transport      records of float32 on standard output
-  aomc-sky run amc.inp --iterations 1e11 --shard 3/100       one part, on any machine; the last one ends the run
-  aomc-sky run amc.inp --iterations 1e11 --engine dask       by the processes of a Dask cluster
-  aomc-sky run amc.inp --dry-run                             what would be modelled, and what not
-  aomc-sky run amc.inp --dni 850 --dhi 95 --sun-zenith 32.4  light source 0 under a given weather
-  aomc-sky run sky.csv --azimuth-convention north_clockwise  measured radiances, at their wavelengths
-  aomc-sky run --sun-zenith 40 --ghi 780 --dhi 140 --wavelengths 443 555 --out day      sun and sky without files
-  aomc-sky run --sky overcast --wavelengths 443 555 --out grey                          a sky alone
+  aomc-sky run amc.inp --iterations 1e9 --format none   counts and plan only
+  aomc-sky run amc.inp --format raw --out - | transport  float32 to a program
+  aomc-sky run amc.inp --iterations 1e11 --shard 3/100  one part of the photons
+  aomc-sky run sky.csv --azimuth-convention 'clockwise from north'
+  aomc-sky run --sun-zenith 40 --dni 850 --dhi 95 --wavelengths 443 --out day
 """
 
-_OPTIONS = """\
---out DIR                     run folder (default: aomc-sky-out beside the scene); - with --format raw
---seed
---wavelengths --wavelength NM...  without AMC_INP, or of a measured sky: the wavebands, with blanks or commas, or
-                              START:END:STEP as 400:700:10
-"""
-_OUTPUT = f"""\
-{cli_options.SAMPLING}\
---waveband
-what is written and printed:
---format
---shard k/K                   only part k of K, from 1, written in place; the last one ends the run
---threads
---engine local|dask           who makes the photons (default: this process)
---scheduler ADDRESS           of a Dask scheduler, tcp://host:8786 (default: a cluster of processes here)
---dry-run                     print what would be modelled; write nothing
---force                       replace another run in the folder
---json --quiet
--v --verbose                  print how the files were read
-"""
+GROUPS = {
+    "": "out seed wavelengths",
+    **cli_options.READING,
+    **cli_options.WHEN,
+    **cli_options.DRAWN,
+    "what is written and printed": "waveband format shard threads engine scheduler dry_run force json quiet verbose",
+}
+FIRST = (
+    "time latitude longitude wavelengths sky spectrum aerosol iterations out seed sun-zenith dni dhi format dry-run "
+    "force json quiet"
+)
 
 
 def add_options(parser: Parser) -> None:
@@ -73,11 +61,8 @@ def add_options(parser: Parser) -> None:
         help="amc.inp, or the folder that holds it, or a measured sky (.csv), or a radiance field (.nc); none: sun and "
         "sky by the options of weather, or a --sky alone, at --wavelengths",
     )
-    cli_options.add_table(parser, _OPTIONS)
-    cli_options.add_reading_options(parser)
-    cli_options.add_moment_options(parser)
-    cli_options.add_table(parser, _OUTPUT, engine="local")
-    parser.show_first("out seed iterations format waveband compat dni dhi sun-zenith dry-run threads force json quiet")
+    cli_options.add_groups(parser, GROUPS)
+    parser.show_first(FIRST)
     parser.set_defaults(handler=run, resumes=True)
 
 
@@ -125,7 +110,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-_FILE_OPTIONS = "--bins --weighting --azimuth-bins --compat --lenient --allow-path --waveband"
+_OF_FILES = (*READING, "compat", "lenient", "allow_path", "waveband")
 
 
 def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
@@ -137,9 +122,9 @@ def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
             "which scene? name amc.inp or its folder, or sun, sky and wavebands: --sun-zenith 40 --ghi 780 --dhi 140 "
             "--wavelengths 440 550 --out day, or --sky overcast --wavelengths 550 --out day"
         )
-    for name in cli_options.given_options(arguments, cli_options.add_measured_options):
+    for name in cli_options.given_options(arguments, *FIELD):
         raise UsageError(f"{name} is for a measured sky (.csv) or a radiance field (.nc): name it")
-    for name in cli_options.given_options(arguments, _FILE_OPTIONS, cli_options.add_light_options):
+    for name in cli_options.given_options(arguments, *_OF_FILES):
         raise UsageError(f"{name} is for a scene of files: name its amc.inp")
     if not arguments.wavelengths:
         raise UsageError("a run without amc.inp needs its wavebands: --wavelengths 412 443 555")

@@ -6,7 +6,7 @@ import argparse
 import json
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,10 @@ _ENDING = {
 """Kind of file -> the ending of names that are read in a folder."""
 
 
+GROUPS = {"": "json", **cli_options.READING, **cli_options.WHEN}
+FIRST = "lenient strict compat allow-path json"
+
+
 def add_options(parser: Parser) -> None:
     """Add the options of the sub-command."""
     parser.description = (
@@ -37,15 +41,13 @@ def add_options(parser: Parser) -> None:
     )
     parser.epilog = "examples:\n  aomc-sky validate inputs/clear_day\n  aomc-sky validate amc.inp skydist.inp"
     parser.add_argument("paths", nargs="+", metavar="FILE", help="a file, or a folder")
-    cli_options.add_table(parser, "--json")
-    cli_options.add_reading_options(parser)
-    cli_options.add_moment_options(parser)
-    parser.show_first("lenient strict compat allow-path json")
+    cli_options.add_groups(parser, GROUPS)
+    parser.show_first(FIRST)
     parser.set_defaults(handler=validate)
 
 
 def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]:
-    lenient, allow_paths, max_memory = arguments.lenient, arguments.allow_path, arguments.max_memory
+    lenient, allow_paths, max_memory = arguments.lenient, arguments.allow_path or (), arguments.max_memory
     from aomc_sky.formats.aomc.amc import read_difcol, read_lambbot
     from aomc_sky.formats.aomc.skydist import read_skydist
     from aomc_sky.formats.mcpl.file import check_mcpl
@@ -90,7 +92,7 @@ def _read_weather(path: Path) -> None:
     read_weather(path, "tmy2" if path.suffix.lower() == ".tm2" else path.suffix.lower().removeprefix("."))
 
 
-def _read_atmosphere(path: Path, allow_paths: list[str]) -> None:
+def _read_atmosphere(path: Path, allow_paths: Sequence[str]) -> None:
     """Read a description of an atmosphere, its tables, and its code."""
     from aomc_sky.skies.atmosphere.description.medium import read_medium
     from aomc_sky.skies.atmosphere.description.reader import read_atmo
@@ -118,13 +120,13 @@ def _read_toml(path: Path, arguments: argparse.Namespace) -> None:
     """Read sky.toml, and the background-sky files, the atmosphere, the field and the sky model that it names."""
     from aomc_sky.formats.sky_toml.file import read_sky_toml
 
-    toml = read_sky_toml(path, allow_paths=arguments.allow_path, **_beside(path, arguments.lenient))
+    toml = read_sky_toml(path, allow_paths=arguments.allow_path or (), **_beside(path, arguments.lenient))
     if toml.background:
         from aomc_sky.skies.lobes.light import read_backgrounds
 
         read_backgrounds(toml.background, str(path))
     if toml.atmosphere is not None:
-        _read_atmosphere(Path(toml.atmosphere.file), arguments.allow_path)
+        _read_atmosphere(Path(toml.atmosphere.file), arguments.allow_path or ())
     if toml.sky.table is not None and arguments.sky is None:
         from aomc_sky.formats.sky_toml.sections import SunSection
         from aomc_sky.source.read.field import read_sky_field

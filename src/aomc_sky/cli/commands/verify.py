@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aomc_sky.cli import options as cli_options
-from aomc_sky.cli import values
 from aomc_sky.cli.terminal import table
 from aomc_sky.errors import UsageError
 from aomc_sky.source.read.kind import Kind, kind_of
@@ -29,28 +28,14 @@ examples:
   aomc-sky verify --scene amc.inp --compat aomc --frame down --method stratified aomc.npy
 """
 
-_OPTIONS = """\
---json
--q --quiet                    print what failed, and nothing else
--v --verbose                  a line for every check of every waveband
-what is checked:
---waveband I*                 only the photons of this band, from 1
---resample FRACTION           part of the photons that is made again, in blocks drawn at random, at least one block of
-                              each band (default 1: all); 0: none
---statistics                  test the directions of a run against its sky, too
---level P                     chance that correct photons fail any of the tests (default 1e-6)
---seed INT                    of the choice of blocks with --resample (default: drawn at random, and printed) and of
-                              the random choice that thins photons (default 0), 0 to 2^64-1
---threads
-photons of another code:
---scene AMC_INP               amc.inp (or measured sky) of the scene that they should come from; of a run folder, the
-                              scene that its plan is compared with, read as `aomc-sky run` read it
---wavelengths --wavelength NM...  of a measured sky: the wavebands, as `aomc-sky run` had them, with blanks or commas
---method iid|stratified       how they depend on each other: independent draws (iid), or spread more evenly than
-                              chance; default: what the head of an MCPL file of ours says, and iid of others
---frame up|down               which way z grows in their directions (default up; AOMC's is down)
---weights FILE                their weights, a .npy file of shape (n,)
-"""
+GROUPS = {
+    "": "json verify.quiet verify.verbose",
+    "what is checked": "verify.waveband resample statistics level verify.seed threads",
+    "photons of another code": "verify.scene verify.wavelengths verify.method frame verify.weights",
+    **cli_options.READING,
+    **cli_options.WHEN,
+}
+FIRST = "waveband resample statistics scene method frame compat threads json quiet verbose"
 
 FAILED, FOREIGN = 1, 5
 """Exit codes: a check failed; files belong to another scene, seed or run."""
@@ -64,11 +49,8 @@ def add_options(parser: Parser) -> None:
     )
     parser.epilog = _EPILOG
     parser.add_argument("path", metavar="PATH", help="run folder; with --scene a .npy, .mcpl or .mcpl.gz file")
-    kinds = {"resample": values.number_in(0, 1), "level": values.number_in(1e-100, 0.5)}
-    cli_options.add_table(parser, _OPTIONS, kinds, level=1e-6)
-    cli_options.add_reading_options(parser)
-    cli_options.add_moment_options(parser)
-    parser.show_first("waveband resample statistics scene method frame compat threads json quiet verbose")
+    cli_options.add_groups(parser, GROUPS)
+    parser.show_first(FIRST)
     parser.set_defaults(handler=verify)
 
 
@@ -102,7 +84,7 @@ def _refuse_mixture(arguments: argparse.Namespace) -> None:
         if getattr(arguments, name) is not None:
             advice = "give their file instead of the folder, and" if is_folder else "give their"
             raise UsageError(f"--{name} is for photons of another code: {advice} --scene AMC_INP")
-    reading = cli_options.given_options(arguments, cli_options.add_reading_options, cli_options.add_moment_options)
+    reading = cli_options.given_options(arguments, *cli_options.names_of(cli_options.READING | cli_options.WHEN))
     reading += ["--wavelengths"] if arguments.wavelengths else []
     for name in reading if arguments.scene is None else ():
         raise UsageError(f"{name} says how a scene is read; a run is checked against its own plan: leave it out")

@@ -13,7 +13,7 @@ from itertools import takewhile
 
 from aomc_sky.errors import Span
 from aomc_sky.formats.report import Report
-from aomc_sky.inputs import SURE_NM, in_nm
+from aomc_sky.options import SURE_NM, in_nm
 
 _INTEGER = re.compile(r"[+-]?\d+\Z")
 _REAL = re.compile(r"([+-]?)(\d*)(\.?)(\d*)(?:[eEdDqQ]([+-]?\d+)|([+-]\d+))?\Z")

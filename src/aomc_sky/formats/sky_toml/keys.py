@@ -14,7 +14,7 @@ from numbers import Real
 from typing import Any
 
 from aomc_sky.formats.report import BadValueError, Gathered, nearest_text
-from aomc_sky.inputs import CLEAR_SKY, INPUTS, LIGHTS, MODEL, PEREZ, SUN, Input
+from aomc_sky.options import FIELD, LIGHTS, LOBES, SECTIONS, Kind, Option
 
 LATEST_S = 253_402_300_799.0
 EARLIEST_S = -62_135_596_800.0
@@ -30,8 +30,7 @@ Rule = Callable[[object], Any]
 """Returns a good value in the form of later use; BadValueError (E703, E704) for any other value."""
 
 
-def range_text(low: float, high: float) -> str:
-    """A range for a person."""
+def _range_text(low: float, high: float) -> str:
     return f"{low:g} or more" if high == math.inf else f"{low:g} to {high:g}"
 
 
@@ -39,7 +38,7 @@ def number(low: float = -math.inf, high: float = math.inf) -> Rule:
     """A number with low <= value <= high."""
 
     def read(value: object) -> float:
-        allowed = range_text(low, high)
+        allowed = _range_text(low, high)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise BadValueError("E703", f"{shown_value(value)} is not a number", advice=f"write a number, {allowed}")
         if not abs(value) <= sys.float_info.max:  # whole numbers of TOML have no limit
@@ -230,14 +229,6 @@ def indices(value: object) -> tuple[tuple[str, int], ...]:
     return tuple((str(name), index) for name, index in value.items())
 
 
-def rules_of(rows: Mapping[str, Input]) -> dict[str, Rule]:
-    """Rule of each key of some inputs of the light."""
-    return {
-        name: flag if row.is_switch else choice(row.words) if row.words else number(row.low, row.high)
-        for name, row in rows.items()
-    }
-
-
 def _moment(value: object) -> datetime.datetime | None:
     """A date with time of day, as TOML has it or as ISO 8601 text."""
     if isinstance(value, datetime.datetime):
@@ -304,26 +295,14 @@ def spectral_irradiance(value: object) -> float:
 _SPECTRUM = several(spectral_irradiance)
 DIFFUSE_MODELS = ("perez", "uniform", "none")
 """Our laws of the diffuse sky; "none": neither sun nor sky, the backgrounds alone shine."""
-INTERPOLATIONS = ("crossfade", "slerp")
-SOLVERS = ("auto", "order1", "sos", "mc")
+INTERPOLATIONS = LOBES["interpolation"].words
+SOLVERS = SECTIONS["atmosphere"]["method"].words
 """Ways to solve an atmosphere."""
 
 GLOW_KEY = "ground_luminance_cd_m2"
 """Key of [atmosphere]: how bright the ground is without the sun."""
 
-FIELD_KEYS: dict[str, Rule] = {
-    "variable": text("the name of a variable"),
-    "variable_q": text("the name of a variable"),
-    "variable_u": text("the name of a variable"),
-    "stokes_signs": signs,
-    "isel": indices,
-    **{role: text("the name of a column or a coordinate") for role in ("zenith", "elevation", "azimuth", "wavelength")},
-    "angle_unit": choice(("deg", "rad")),
-    "azimuth_convention": azimuth_words,
-    "wavelength_unit": choice(("nm", "um", "m", "angstrom")),
-    "radiance_unit": unit_of_radiance,
-    "decimal": choice(("point", "comma")),
-}
+FIELD_KEYS = (*(row.own_name for row in FIELD.values() if row.section), "zenith", "elevation", "azimuth", "wavelength")
 """Keys of [sky] beside table: what the file does not say, as `TabulatedSky.from_xarray` has it."""
 
 POLARISATION = "polarisation"
@@ -337,38 +316,30 @@ MOON_KEYS = tuple(name for name in LIGHTS if name != GLOW_KEY)
 
 _TWICE = (("moon_zenith_deg", "moon_zenith_offset_deg"), ("moon_azimuth_deg", "moon_azimuth_offset_deg"))
 
+_RULES: dict[Kind, Callable[[Option], Rule]] = {
+    Kind.SWITCH: lambda row: flag,
+    Kind.WORD: lambda row: choice(row.words),
+    Kind.NUMBER: lambda row: number(row.low, row.high),
+    Kind.COUNT: lambda row: count(int(row.low), int(row.high)),
+    Kind.TEXT: lambda row: text("a name" if row.value == "NAME" else row.text),
+    Kind.NAMES: lambda row: several(text("a name"), or_one=True),
+    Kind.SKY: lambda row: sky_name(DIFFUSE_MODELS),
+    Kind.INDEX: lambda row: indices,
+    Kind.SIGNS: lambda row: signs,
+    Kind.AZIMUTHS: lambda row: azimuth_words,
+    Kind.RADIANCE_UNIT: lambda row: unit_of_radiance,
+    Kind.MOMENT: lambda row: time,
+    Kind.SPECTRUM: lambda row: _SPECTRUM,
+}
+"""Kind of a row with a section -> the rule of its values."""
+
 KEYS: dict[str, dict[str, Rule]] = {
-    "perez": {
-        key: rule
-        for name, rule in rules_of(PEREZ).items()
+    section: {
+        key: _RULES[row.kind](row)
+        for name, row in rows.items()
         for key in (COEFFICIENT_NAMES if name == "coefficients" else (name,))
-    },
-    "sun": rules_of(SUN),
-    "clear_sky": rules_of(CLEAR_SKY),
-    "sky": {
-        "model": sky_name(DIFFUSE_MODELS),
-        "table": text("the path of a netCDF file or a table of text"),
-        **FIELD_KEYS,
-        "diffuse_irradiance": _SPECTRUM,
-        "direct_irradiance": _SPECTRUM,
-        **rules_of({POLARISATION: INPUTS[POLARISATION]}),
-    },
-    "background": {
-        "file": text("the path of a background-sky file"),
-        "time": time,
-        "animation": several(text("the name of an animation"), or_one=True),
-        "utc_offset": number(-24, 24),
-        "interpolation": choice(INTERPOLATIONS),
-    },
-    "atmosphere": {
-        "file": text("the path of an atmosphere description"),
-        "method": choice(SOLVERS),
-        "orders": count(1, 400),
-        "paths": count(8, 1_000_000_000),
-        "zenith_bins": count(1, 3600),
-        "azimuth_bins": count(1, 3600),
-        **rules_of(LIGHTS),
-    },
+    }
+    for section, rows in SECTIONS.items()
 }
 """Sections of sky.toml and what each key of them accepts."""
 
@@ -384,8 +355,8 @@ def aerosol(value: object) -> Any:
         raise
 
 
-RULES = {**KEYS, "clear_sky": {**KEYS["clear_sky"], "aerosol": aerosol}, "model": rules_of(MODEL)}
-"""The same in Python: with arguments of `PerezSky` that are not keys of sky.toml, and an aerosol of numbers."""
+RULES = {**KEYS, "clear_sky": {**KEYS["clear_sky"], "aerosol": aerosol}}
+"""The same in Python, where an aerosol may be numbers."""
 
 REPEATED = ("background",)
 """Sections that may stand any number of times, as [[section]]."""

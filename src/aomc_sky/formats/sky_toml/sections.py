@@ -10,6 +10,7 @@ from typing import Any
 from aomc_sky.errors import Span
 from aomc_sky.formats.radiance_words import Stated, SunAngles
 from aomc_sky.formats.sky_toml.keys import COEFFICIENT_NAMES, FIELD_KEYS, MOON_KEYS, PREFIX, SKY_TOML
+from aomc_sky.options import MODEL
 
 
 class Section:
@@ -35,6 +36,7 @@ class PerezSection(Section):
     delta: float | None = None  #: Sky brightness. [0 or more]
     coefficients: tuple[float, float, float, float, float] | None = None  #: a, b, c, d, e of eq. (1). [-1000 to 1000]
     spectrum: str | None = None  #: "flat" or `SPECTRL2`
+    model: Mapping[str, Any] = field(default_factory=dict)  #: Further arguments of `PerezSky`, by `MODEL`
     origin: str = field(default=SKY_TOML, compare=False)  #: who says so
     words: str = field(default="", compare=False)  #: for a person, if the set was computed
 
@@ -203,7 +205,8 @@ class SkyToml:
 
 def perez_section(values: Mapping[str, Any]) -> PerezSection:
     """Put the coefficients a to e together, if they are there."""
-    others = {name: value for name, value in values.items() if name not in COEFFICIENT_NAMES}
+    others: dict[str, Any] = {name: value for name, value in values.items() if name not in (*COEFFICIENT_NAMES, *MODEL)}
+    others["model"] = {name: value for name, value in values.items() if name in MODEL}
     if any(name not in values for name in COEFFICIENT_NAMES):
         return PerezSection(**others)
     a, b, c, d, e = (values[name] for name in COEFFICIENT_NAMES)

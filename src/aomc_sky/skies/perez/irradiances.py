@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import SceneError, UsageError, floats, number, shown_value
-from aomc_sky.inputs import PEREZ
+from aomc_sky.options import PEREZ
 
 EXTRATERRESTRIAL_NORMAL = 1361.1  #: Solar constant. [W m-2]
 OFFSET = 5.0  #: Irradiances from minus this to 0 are an instrument's offset and count as 0. [W m-2]

@@ -14,7 +14,7 @@ from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, floats, number, require_kind, require_one_of
 from aomc_sky.grid import PatchGrid
-from aomc_sky.inputs import MODEL
+from aomc_sky.options import MODEL
 from aomc_sky.skies.model import Share, check_share, polarised, with_share
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.bounds import patch_bounds

@@ -13,7 +13,7 @@ import numpy as np
 from aomc_sky.errors import InputWarning, SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import SKY_TOML, SPECTRL2
 from aomc_sky.formats.sky_toml.sections import PerezSection
-from aomc_sky.inputs import AMOUNTS, CLEAR_SKY, WEATHER_FILES, say
+from aomc_sky.options import AMOUNTS, CLEAR_SKY, WEATHER_FILES, say
 from aomc_sky.source.light.place import Sun
 from aomc_sky.source.light.said import Speakers, air_said, callers_of, first, spectrum_said
 

@@ -15,7 +15,7 @@ from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import InputWarning, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.aomc.amc import LightSource
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.inputs import listed, say
+from aomc_sky.options import listed, say
 from aomc_sky.skies.direct_beam import SOLAR_BOUND, SOLAR_RADIUS_DEG, DirectBeam, solar_irradiance
 from aomc_sky.source.light.brightness import Brightness, InBands, Shares, brightness_of, direct_fraction
 from aomc_sky.source.light.place import Sun, place_of

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.inputs import say
+from aomc_sky.options import say
 from aomc_sky.source.light.said import Speakers, first, moment_said, sun_said
 
 if TYPE_CHECKING:
@@ -78,9 +78,9 @@ def place_of(speakers: Speakers, sky: str, *, may_have_set: bool = False) -> Sun
             f"a sky needs the sun above the horizon, 0 to below 90 degrees, got {said.zenith_deg:g} ({said.origin}); a "
             "sun that has set needs [atmosphere] in sky.toml"
         )
-    constant = first(one.model.get("extraterrestrial_normal") for one in speakers)
-    if constant is None and moment is not None:
-        constant = moment.extraterrestrial_normal
+    constant = first(one.perez.model.get("extraterrestrial_normal") for one in speakers)
+    if moment is not None:
+        constant = moment.extraterrestrial_normal if constant is None else constant * moment.distance_factor
     outside = {} if constant is None else {"extraterrestrial_normal": float(constant)}
     return Sun(
         zenith_deg=said.zenith_deg,

@@ -25,7 +25,7 @@ from aomc_sky.formats.report import nearest_text
 from aomc_sky.formats.sky_models import MakeSky, installed_skies
 from aomc_sky.formats.sky_toml.keys import KEYS, POLARISATION
 from aomc_sky.formats.sky_toml.sections import SkySection
-from aomc_sky.inputs import say
+from aomc_sky.options import say
 from aomc_sky.skies.function_sky import FunctionSky, as_sky_model
 
 if TYPE_CHECKING:

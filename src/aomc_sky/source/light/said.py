@@ -15,7 +15,7 @@ import numpy as np
 from aomc_sky.errors import UsageError
 from aomc_sky.formats.sky_toml.keys import MOON_KEYS, RULES, moon_problem, plain_number, set_problem, value_problem
 from aomc_sky.formats.sky_toml.sections import PerezSection, SkyToml, SunSection, perez_section
-from aomc_sky.inputs import AMOUNTS, INPUTS, LIGHTS, MODEL
+from aomc_sky.options import AMOUNTS, INPUTS, LIGHTS
 from aomc_sky.skies.model import require_pattern
 
 if TYPE_CHECKING:
@@ -34,7 +34,6 @@ class Said:
     moment: Moment | None = None  #: of which `sun`, and of a weather file `perez`, were made
     altitude_m: float | None = None
     perez: PerezSection = field(default_factory=PerezSection)  #: amounts or coefficients, and the spectrum
-    model: Mapping[str, Any] = field(default_factory=dict)  #: further arguments of `PerezSky`
     clear_sky: Mapping[str, Any] = field(default_factory=dict)
     lights: Mapping[str, float] = field(default_factory=dict)  #: the Moon and the glow of the ground
     diffuse_only: bool = False
@@ -59,7 +58,7 @@ class Said:
         sun += ["altitude_m"] * (self.altitude_m is not None and self.moment is None)
         sun += ["disc"] * (self.sun.disc is not None)
         others = ["diffuse_only"] * self.diffuse_only + ["polarisation"] * (self.polarisation is not None)
-        return (*amounts, *sun, *self.model, *self.clear_sky, *self.lights, *others)
+        return (*amounts, *sun, *self.perez.model, *self.clear_sky, *self.lights, *others)
 
 
 Speakers = tuple[Said, ...]
@@ -78,7 +77,7 @@ def said_by_caller(
 ) -> Speakers:
     """Check the inputs of a caller, a value None being left out; a weather file that is named speaks next.
 
-    `perez` has keys of [perez] and `MODEL`, `sun` those of [sun], `weather` those of `MOMENT`; `clear_sky` is a mapping
+    `perez` has keys of [perez], `sun` those of [sun], `weather` those of `MOMENT`; `clear_sky` is a mapping
     or a `ClearSky`.
     """
     perez, sun, weather = _given({**(perez or {}), "within": within}), _given(sun), _given(weather)
@@ -87,9 +86,6 @@ def said_by_caller(
         from aomc_sky.source.light.weather import moment_of
 
         moment = moment_of(weather, perez, sun)
-    model = _checked("model", {name: perez.pop(name) for name in MODEL if name in perez})
-    if moment is not None and "extraterrestrial_normal" in model:
-        model["extraterrestrial_normal"] *= moment.distance_factor
     amounts, angles = _checked("perez", perez), _checked("sun", sun)
     message, advice = set_problem(list(amounts))
     if message:
@@ -110,7 +106,6 @@ def said_by_caller(
         moment=None if is_of_file else moment,
         altitude_m=weather.get("altitude_m") or None,
         perez=dataclasses.replace(perez_section(amounts), origin=CALLER),
-        model=model,
         clear_sky=_checked("clear_sky", clear_sky or {}),
         lights=checked_lights(atmosphere),
         diffuse_only=bool(diffuse_only),

@@ -16,7 +16,7 @@ from aomc_sky.directions import travel_from_sky
 from aomc_sky.errors import InputWarning, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import value_problem
 from aomc_sky.formats.sky_toml.sections import PerezSection, SkySection, SunSection
-from aomc_sky.inputs import AMOUNTS, MODEL, WEATHER_FILES
+from aomc_sky.options import AMOUNTS, MODEL, WEATHER_FILES
 from aomc_sky.plan.laws import law_of
 from aomc_sky.skies.model import Share, sky_model
 from aomc_sky.source.light.brightness import InBands, irradiances, refuse_kilowatts
@@ -110,7 +110,7 @@ class Perez:
         refuse_kilowatts(shape, sun)
         sky, limited = perez_sky(self.choices, shape, sun, self.grid)
         shown = {name: getattr(sky, name) for name in (*MODEL, "dni", "dhi")}
-        shown |= {**sky_options(sky), **self.choices, "from": str(shape), "limited": limited}
+        shown |= {**sky_options(sky), "from": str(shape), "limited": limited}
         numbers = (
             "" if shown["epsilon"] is None else f"epsilon {shown['epsilon']:.4g}, Delta {shown['delta']:.4g}, from "
         )
@@ -127,7 +127,7 @@ class Perez:
 def perez_of(speakers: Speakers, grid: PatchGrid | None = None) -> Perez:
     """The Perez sky of what speakers say; `light` shapes it where nobody does."""
     shape = first(one.perez if one.perez.has_set else None for one in speakers)
-    model = {name: value for one in reversed(speakers) for name, value in one.model.items()}
+    model = {name: value for one in reversed(speakers) for name, value in one.perez.model.items()}
     choices = {name: row.words[0] for name, row in MODEL.items() if row.words} | model
     if shape is not None and not shape.has_irradiances:
         choices = {name: value for name, value in choices.items() if name not in OF_IRRADIANCES}

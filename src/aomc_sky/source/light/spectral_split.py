@@ -14,7 +14,7 @@ from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.report import BadValueError
 from aomc_sky.formats.sky_toml.keys import RULES, Rule, number, plain_number
-from aomc_sky.inputs import MOMENT
+from aomc_sky.options import MOMENT
 from aomc_sky.source.light.place import Sun
 
 SHORTEST_NM, LONGEST_NM = 300.0, 4000.0

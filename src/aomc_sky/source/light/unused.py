@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from aomc_sky.errors import UsageError
 from aomc_sky.formats.sky_toml.keys import SKY_TOML
-from aomc_sky.inputs import AMOUNTS, CLEAR_SKY, LIGHTS, MODEL, READING, WEATHER_FILES, listed, say
+from aomc_sky.options import AMOUNTS, CLEAR_SKY, LIGHTS, MODEL, READING, WEATHER_FILES, listed, say
 from aomc_sky.source.light.brightness import (
     DIFCOL,
     Brightness,
@@ -74,10 +74,14 @@ def refuse_names(names: Iterable[str], used: set[str], *, light: str, sky: str, 
     for group, reason in reasons:
         if found := [name for name in idle if name in group]:
             advice = next((hint[name] for name in reversed(found) if name in hint), "")
-            are, it = ("is", "it") if len(found) == 1 else ("are", "them")
+            are, it = _are(found), "it" if len(found) == 1 else "them"
             said.append(f"{listed(found)} {are} not used: {reason}{say(advice.replace('leave it', f'leave {it}'))}")
     if said:
         raise UsageError(". ".join(said))
+
+
+def _are(names: Sequence[str]) -> str:
+    return "is" if len(names) == 1 else "are"
 
 
 def _inner(answer: Brightness) -> Brightness:
@@ -127,6 +131,9 @@ def _unused_of(one: Said, answer: Brightness, sky: Sky, is_lit: bool) -> Iterabl
     if one.perez.has_set and not (is_shape or is_heard):
         other_sky = say(_OTHER_SKY) if sky.is_whole else ""
         yield f"{SKY_TOML}: [perez] is", f"the sky is {sky.made_of}{other_sky}" if not answer.has_beam else light
+    elif idle := [name for name in one.perez.model if not is_lit or name not in sky.names]:
+        shape = f" of {sky.shape.text}" if isinstance(sky, Perez) and sky.shape is not None else ""
+        yield f"{SKY_TOML}: {' and '.join(idle)} {_are(idle)}", f"the sky is {sky.made_of}{shape}"
     is_of_toml = one.sun.origin == SKY_TOML and not one.sun.is_empty
     if is_of_toml and sky.is_whole and not (answer.has_beam or one.polarisation):
         yield f"{SKY_TOML}: [sun] is", "the scene has no beam"
@@ -139,7 +146,7 @@ def _unused_of(one: Said, answer: Brightness, sky: Sky, is_lit: bool) -> Iterabl
     levels = ("direct_irradiance", "diffuse_irradiance")
     idle = [name for name in levels if getattr(one, name) is not None]
     if idle and not isinstance(answer, (PerBand, Levelled)):
-        yield f"{SKY_TOML}: {' and '.join(idle)} {'is' if len(idle) == 1 else 'are'}", light
+        yield f"{SKY_TOML}: {' and '.join(idle)} {_are(idle)}", light
     if one.shares is not None and not isinstance(inner, Shares):
         yield f"{DIFCOL}: its direct fractions are", light
 

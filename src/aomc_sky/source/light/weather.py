@@ -13,7 +13,7 @@ import numpy as np
 from aomc_sky.errors import InputWarning, SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import COEFFICIENT_NAMES
 from aomc_sky.formats.sky_toml.sections import PerezSection, SunSection
-from aomc_sky.inputs import AMOUNTS, MOMENT, WEATHER_FILES, listed, say
+from aomc_sky.options import AMOUNTS, MOMENT, WEATHER_FILES, listed, say
 from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
 
 if TYPE_CHECKING:

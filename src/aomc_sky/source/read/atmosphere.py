@@ -15,7 +15,7 @@ from aomc_sky.formats.sky_toml.keys import GLOW_KEY
 from aomc_sky.formats.sky_toml.sections import AtmosphereSection, moon_direction
 from aomc_sky.formats.units import AU_M
 from aomc_sky.grid import PatchGrid
-from aomc_sky.inputs import AMOUNTS, LIGHTS
+from aomc_sky.options import AMOUNTS, LIGHTS
 from aomc_sky.skies.atmosphere.description.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.medium import Medium

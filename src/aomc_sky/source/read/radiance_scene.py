@@ -14,7 +14,7 @@ from aomc_sky.errors import NOWHERE, FieldError, InputFileError, InputWarning, S
 from aomc_sky.formats.netcdf import lights_beside
 from aomc_sky.formats.sky_toml.sections import FieldSection, SunSection
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.inputs import say
+from aomc_sky.options import say
 from aomc_sky.source.light.said import Said, Speakers, sun_said
 from aomc_sky.source.light.skies import Model, Sky
 from aomc_sky.source.read.field import READ_BY, read_field_file

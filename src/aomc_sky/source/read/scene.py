@@ -17,7 +17,7 @@ from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.aomc.amc import AmcConfig, FootprintCode
 from aomc_sky.formats.sky_toml.keys import SKY_TOML, moment_text
 from aomc_sky.formats.sky_toml.sections import BackgroundSection
-from aomc_sky.inputs import listed
+from aomc_sky.options import listed
 from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod
 from aomc_sky.plan.options import Footprint, Order, Placement, SamplingOptions
 from aomc_sky.source.light.join import Files, Light, in_absolute_units, light_of
