@@ -32,6 +32,49 @@ def visible(text: str, *, keep_lines: bool = False) -> str:
     return text.translate(_ESCAPES_IN_LINES if keep_lines else _ESCAPES)
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Problem:
+    """One problem of a file, an option or an argument: where it is, what was found, and what to write instead."""
+
+    #: Stable code, ``E104`` for an error or a warning of the same kind of a file, a word such as ``usage`` for all
+    #: others; documented in docs/errors.md
+    code: str
+    message: str  #: The fault, and what was allowed
+    advice: str = ""  #: What to write instead, beside the caret in a file
+    field: str = ""  #: Name of the value for a person (``depth``, ``radiance``)
+    path: str = ""  #: The file as the user named it; empty: an option, an argument or the machine
+    #: Position of the first offending character. [1-based; 0 when the file as a whole is meant]
+    line: int = 0
+    column: int = 0
+    text: str = ""  #: The source line, for the caret display
+    width: int = 1  #: Characters to underline
+    is_error: bool = True  #: False turns the problem into a warning
+
+    @property
+    def sentence(self) -> str:
+        """Message and advice, without the place."""
+        return f"{self.message}; {self.advice}" if self.advice else self.message
+
+    def render(self) -> str:
+        """Return the problem in the form that docs/errors.md promises, caret line included."""
+        severity = "error" if self.is_error else "warning"
+        path, message, advice = visible(self.path), visible(self.message), visible(self.advice, keep_lines=True)
+        field = f"{visible(self.field)}: " if self.field else ""
+        position = f"{path}:{self.line}:{self.column}" if self.line else path
+        head = f"{position}: {severity}[{self.code}]: {field}{message}"
+        if not self.line:
+            return f"{head}\n      = {advice}" if advice else head
+        # tabs would move the caret, control characters would disturb the terminal
+        text = "".join(c if c.isprintable() else ("\N{REPLACEMENT CHARACTER}" if c != "\t" else " ") for c in self.text)
+        shown, column = text, self.column
+        if len(shown) > 120:
+            start = max(0, column - 60)
+            shown, column = shown[start : start + 120], column - start
+        caret = " " * max(column - 1, 0) + "^" * max(1, min(self.width, 60))
+        hint = f" {advice}" if advice else ""
+        return f"{head}\n{self.line:5d} | {shown}\n      | {caret}{hint}"
+
+
 class AomcSkyError(Exception):
     """Base of all errors that aomc-sky raises on purpose; a traceback of anything else is our bug.
 
@@ -45,7 +88,14 @@ class AomcSkyError(Exception):
     """
 
     exit_code = 1
-    code = "error"  #: of the JSON object that a command with --json prints
+    code = "error"  #: of its problem, where this has no code of a file
+
+    def __init__(self, message: str = "", advice: str = "", *, field: str = "", more: Sequence[Problem] = ()) -> None:
+        self.problems = (Problem(code=self.code, message=message, advice=advice, field=field), *more)
+        super().__init__(message, advice)
+
+    def __str__(self) -> str:
+        return ". ".join(problem.sentence for problem in self.problems)
 
 
 class UsageError(AomcSkyError):
@@ -97,10 +147,7 @@ class FieldError(SceneError):
     def __init__(
         self, message: str, advice: str = "", argument: str = "table", more: Sequence[FieldError] = ()
     ) -> None:
-        self.message, self.advice, self.argument = message, advice, argument
-        self.all = (self, *more)  #: This one, and further questions on the same field
-        said = f"{message}; {advice}" if advice else message
-        super().__init__(". ".join([said, *map(str, more)]))
+        super().__init__(message, advice, field=argument, more=[one for error in more for one in error.problems])
 
 
 class AllocationError(AomcSkyError):
@@ -174,42 +221,6 @@ class ModelLimitWarning(UserWarning):
     """
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Problem:
-    """One problem of one file: where it is, what was found, and what to write instead."""
-
-    path: str  #: As the user named it
-    #: Position of the first offending character. [1-based; 0 when the file as a whole is meant]
-    line: int
-    column: int
-    code: str  #: Stable code, ``E104`` for an error or a warning of the same kind; documented in docs/errors.md
-    field: str  #: Name of the value for a person (``depth``, ``radiance``)
-    message: str  #: The fault, and what was allowed
-    advice: str = ""  #: The text to write instead, printed beside the caret
-    text: str = ""  #: The source line, for the caret display
-    width: int = 1  #: Characters to underline
-    is_error: bool = True  #: False turns the problem into a warning
-
-    def render(self) -> str:
-        """Return the problem in the form that docs/errors.md promises, caret line included."""
-        severity = "error" if self.is_error else "warning"
-        path, message, advice = visible(self.path), visible(self.message), visible(self.advice, keep_lines=True)
-        field = f"{visible(self.field)}: " if self.field else ""
-        position = f"{path}:{self.line}:{self.column}" if self.line else path
-        head = f"{position}: {severity}[{self.code}]: {field}{message}"
-        if not self.line:
-            return f"{head}\n      = {advice}" if advice else head
-        # tabs would move the caret, control characters would disturb the terminal
-        text = "".join(c if c.isprintable() else ("\N{REPLACEMENT CHARACTER}" if c != "\t" else " ") for c in self.text)
-        shown, column = text, self.column
-        if len(shown) > 120:
-            start = max(0, column - 60)
-            shown, column = shown[start : start + 120], column - start
-        caret = " " * max(column - 1, 0) + "^" * max(1, min(self.width, 60))
-        hint = f" {advice}" if advice else ""
-        return f"{head}\n{self.line:5d} | {shown}\n      | {caret}{hint}"
-
-
 class InputFileError(AomcSkyError):
     """All problems of an input file, or of several, reported in one go.
 
@@ -225,8 +236,8 @@ class InputFileError(AomcSkyError):
     exit_code = 3
 
     def __init__(self, problems: Sequence[Problem]) -> None:
-        self.problems = tuple(problems)
-        super().__init__(self.problems)
+        super().__init__()
+        self.problems, self.args = tuple(problems), (tuple(problems),)
 
     def __str__(self) -> str:
         shown = [p.render() for p in self.problems[:MAX_PROBLEMS_SHOWN]]
@@ -292,7 +303,7 @@ class SourceText:
 def require_kind(value: object, kind: type, advice: str) -> None:
     """UsageError unless a value is of this class."""
     if not isinstance(value, kind):
-        raise UsageError(f"expected a {kind.__name__}, got {type(value).__name__}; write {advice}")
+        raise UsageError(f"expected a {kind.__name__}, got {type(value).__name__}", f"write {advice}")
 
 
 def require_one_of(allowed: Iterable[str], value: object, name: str) -> None:
@@ -313,7 +324,7 @@ def unmasked(name: str, value: Any) -> Any:
         return bool(is_masked(given))
 
     if has_masked(value):
-        raise SceneError(f"{name} has masked values; leave these entries out, or fill them with numbers")
+        raise SceneError(f"{name} has masked values", "leave these entries out, or fill them with numbers")
     return value
 
 

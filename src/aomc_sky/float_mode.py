@@ -69,9 +69,9 @@ def default_mode() -> Iterator[None]:
         yield
         return
     if not _rounds_to_nearest():
-        raise HostError("this thread does not round to nearest; call fesetround(FE_TONEAREST) before aomc-sky")
+        raise HostError("this thread does not round to nearest", "call fesetround(FE_TONEAREST) before aomc-sky")
     if not has_linux_sse_state():
-        raise HostError("this thread flushes small numbers to zero; call fesetenv(FE_DFL_ENV) before aomc-sky")
+        raise HostError("this thread flushes small numbers to zero", "call fesetenv(FE_DFL_ENV) before aomc-sky")
     import ctypes
 
     library, state = ctypes.CDLL(None), ctypes.create_string_buffer(_STATE_BYTES)

@@ -295,7 +295,8 @@ def test_a_command_without_a_word_says_what_it_needs(name, told):
 
 def test_json_stands_behind_the_command(told):
     (problem,) = json.loads(told("--json", "info", "x", code=2).out)["error"]["problems"]
-    assert "--json stands before the command; write aomc-sky COMMAND ... --json" in problem["message"]
+    assert problem["message"] == "--json stands before the command"
+    assert problem["advice"] == "write aomc-sky COMMAND ... --json"
 
 
 def test_errors_of_every_kind_are_one_object(folder, tmp_path, monkeypatch, capsys):

@@ -26,8 +26,8 @@ def asks(field, **how):
     """The keywords that a field is asked for."""
     with pytest.raises(FieldError) as error:
         read(field, **how)
-    assert all(one.argument in one.advice for one in error.value.all)
-    return [one.argument for one in error.value.all]
+    assert all(one.field in one.advice for one in error.value.problems)
+    return [one.field for one in error.value.problems]
 
 
 def eradiate():
@@ -125,7 +125,7 @@ def test_libradtran(tmp_path):
         assert asks(field, zenith="sky_angle") == ["isel", "isel"]
         with pytest.raises(FieldError, match="dimension 'lambda' of 2 ") as error:
             read(field, zenith="sky_angle")
-        of_lambda, of_phi = (one.advice for one in error.value.all)
+        of_lambda, of_phi = (one.advice for one in error.value.problems)
         assert "--coordinate wavelength=lambda (wavelength='lambda')" in of_lambda
         assert "--coordinate azimuth=phi (azimuth='phi')" in of_phi
         assert "azimuths need --azimuth-convention, too" in of_phi

@@ -21,7 +21,7 @@ from typing import Any, TextIO
 
 from aomc_sky.cli.terminal import error_text
 from aomc_sky.cli.usage import WITHDRAWN, WrongWordsError, build_parser
-from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, ModelLimitWarning, PluginError, visible
+from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning, PluginError, Problem, visible
 from aomc_sky.float_mode import default_mode
 
 
@@ -65,7 +65,7 @@ def _parse(argv: Sequence[str], arguments: argparse.Namespace) -> None:
         raise WrongWordsError(f"{argv[0]} ended with version 0.3; {WITHDRAWN[argv[0]]}")
     parser = build_parser([word for word in argv if word != "--"][:1])
     if argv and argv[0].startswith("-") and not any(flag.startswith(argv[0]) for flag in parser._option_string_actions):
-        raise WrongWordsError(f"{argv[0]} stands before the command; write aomc-sky COMMAND ... {argv[0]}")
+        raise WrongWordsError(f"{argv[0]} stands before the command", f"write aomc-sky COMMAND ... {argv[0]}")
     try:
         parser.parse_args(argv, arguments)
     finally:  # --help and --version leave through SystemExit
@@ -197,10 +197,12 @@ class Failure:
     """Why a command ended."""
 
     exit_code: int
-    code: str  #: a word for programs; problems of files have their own codes
-    message: str
-    advice: str = ""  #: what to do
-    text: str = ""  #: for a person; default: message and advice
+    problems: tuple[Problem, ...]
+    text: str = ""  #: for a person; default: that of the problem
+
+
+def _failure(exit_code: int, code: str, message: str, advice: str = "", text: str = "") -> Failure:
+    return Failure(exit_code, (Problem(code=code, message=message, advice=advice),), text)
 
 
 def _report_failure(error: BaseException, arguments: argparse.Namespace, *, as_json: bool) -> int | None:
@@ -213,55 +215,52 @@ def _report_failure(error: BaseException, arguments: argparse.Namespace, *, as_j
     if as_json:
         import json
 
-        print(json.dumps({"error": _as_json(error, failure)}))
+        print(json.dumps({"error": _as_json(failure)}))
         return failure.exit_code
     cause = error.__cause__ if isinstance(error, PluginError) and "verbose" in arguments else None
     if cause is not None and arguments.verbose:
         traceback.print_exception(cause)  # the author of the model looks for the line
-    advice = f"\n      = {failure.advice}" if failure.advice else ""
-    print(failure.text or f"aomc-sky: error: {failure.message}{advice}", file=sys.stderr)
+    print(failure.text or f"aomc-sky: error: {failure.problems[0].sentence}", file=sys.stderr)
     if cause is not None and not arguments.verbose:
         print("      = -v shows where in that package", file=sys.stderr)
     return failure.exit_code
 
 
-def _as_json(error: BaseException, failure: Failure) -> dict[str, Any]:
+def _as_json(failure: Failure) -> dict[str, Any]:
     """The object that `error.schema.json` describes."""
-    nowhere = dict.fromkeys(("file", "line", "column", "field"))
-    problems = [{"code": failure.code, "message": failure.message, **nowhere, "advice": failure.advice or None}]
-    if isinstance(error, InputFileError):
-        problems = [
-            {
-                "code": problem.code,
-                "message": problem.message,
-                "file": problem.path,
-                "line": problem.line or None,
-                "column": problem.column if problem.line else None,
-                "field": problem.field or None,
-                "advice": problem.advice or None,
-            }
-            for problem in error.problems
-        ]
+    problems = [
+        {
+            "code": problem.code,
+            "message": problem.message,
+            "file": problem.path or None,
+            "line": problem.line or None,
+            "column": problem.column if problem.line else None,
+            "field": problem.field or None,
+            "advice": problem.advice or None,
+        }
+        for problem in failure.problems
+    ]
     return {"schema": 1, "exit_status": failure.exit_code, "problems": problems}
 
 
 def _failure_of(error: BaseException, arguments: argparse.Namespace) -> Failure | None:
     if isinstance(error, AomcSkyError):
+        text = error_text(error)
         if isinstance(error, WrongWordsError):
             command = getattr(arguments, "command", None)
-            how = f"help: aomc-sky {command + ' ' if command else ''}--help"
-            return Failure(error.exit_code, error.code, str(error), how)
-        return Failure(error.exit_code, error.code, str(error), text=error_text(error))
+            text += f"\n      = help: aomc-sky {command + ' ' if command else ''}--help"
+        return Failure(error.exit_code, error.problems, text)
     if isinstance(error, InputWarning | ModelLimitWarning):
-        text = f"{error}\naomc-sky: error: --strict turns warnings into errors"
-        return Failure(3, "warning", str(error), "--strict turns warnings into errors", text)
+        advice = "--strict turns warnings into errors"
+        return _failure(3, "warning", str(error), advice, f"{error}\naomc-sky: error: {advice}")
     if isinstance(error, KeyboardInterrupt):
         resumes = getattr(arguments, "resumes", False) and arguments.out != "-"
         advice = "run the same command to continue" if resumes else ""
-        text = f"aomc-sky: interrupted{advice and '; '}{advice}"
-        return Failure(INTERRUPTED, "interrupted", "interrupted", advice, text)
+        return _failure(
+            INTERRUPTED, "interrupted", "interrupted", advice, f"aomc-sky: interrupted{advice and '; '}{advice}"
+        )
     if isinstance(error, OSError) and error.errno is not None:
-        return Failure(6, "system", f"{error.filename or 'standard output'}: {error.strerror}")
+        return _failure(6, "system", f"{error.filename or 'standard output'}: {error.strerror}")
     return _fault_of_machine(error)
 
 
@@ -269,15 +268,16 @@ def _fault_of_machine(error: BaseException) -> Failure | None:
     """The failure if a limit of this process or of its numbers was reached, or None."""
     is_shallow = isinstance(error, ImportError) and sys.getrecursionlimit() < _LEAST_DEPTH
     if isinstance(error, RecursionError) or is_shallow:
-        limit = f"the recursion limit of this Python, {sys.getrecursionlimit()}, is too low; 1000 is usual"
-        return Failure(6, "machine", limit)
+        limit = f"the recursion limit of this Python, {sys.getrecursionlimit()}, is too low"
+        return _failure(6, "machine", limit, "1000 is usual")
     if isinstance(error, OverflowError):
-        return Failure(3, "number", f"a number is too large to be computed with ({error})")
+        return _failure(3, "number", f"a number is too large to be computed with ({error})")
     reason = re.split(r"\n|\. ", str(error))[0]
     may_be = isinstance(error, RuntimeError | ImportError | OSError | SystemError)
     is_of_memory = may_be and any(words in reason for words in _NO_MEMORY)
     if isinstance(error, MemoryError) or is_of_memory:
         why = f" ({reason})" if reason else ""
-        advice = "see `ulimit -v`, or --threads 1"
-        return Failure(6, "machine", f"there is not enough memory for this process{why}; {advice}")
+        return _failure(
+            6, "machine", f"there is not enough memory for this process{why}", "see `ulimit -v`, or --threads 1"
+        )
     return None

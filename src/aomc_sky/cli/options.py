@@ -248,7 +248,7 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
     from aomc_sky.progress import status_line
 
     if others := given_options(arguments, *_NOT_MEASURED):
-        raise UsageError(f"{' and '.join(others)}: not used with {path}, a measured sky; leave it out")
+        raise UsageError(f"{' and '.join(others)}: not used with {path}, a measured sky", "leave it out")
     callers = said_of(arguments)
     how = {
         "iterations": arguments.iterations,

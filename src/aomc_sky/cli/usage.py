@@ -51,7 +51,7 @@ class _One(argparse.Action):
                 one, other = (
                     " ".join(map(str, value if isinstance(value, list) else [value])) for value in (before, values)
                 )
-                raise WrongWordsError(f"{option} is given twice, as {one} and as {other}; leave one out")
+                raise WrongWordsError(f"{option} is given twice, as {one} and as {other}", "leave one out")
         setattr(namespace, self.dest, values)
 
 
@@ -64,7 +64,7 @@ class _OneSwitch(argparse.BooleanOptionalAction):
         before, first = getattr(namespace, self.dest, None), self.option_strings[0]
         super().__call__(parser, namespace, values, option)
         if before not in (None, getattr(namespace, self.dest)):
-            raise WrongWordsError(f"{first} and --no-{first[2:]} contradict each other; leave one out")
+            raise WrongWordsError(f"{first} and --no-{first[2:]} contradict each other", "leave one out")
 
 
 class Parser(argparse.ArgumentParser):

@@ -195,9 +195,8 @@ def sky_name(text: str) -> str:
     """The name of a sky of ours or of an installed package."""
     from aomc_sky.formats.sky_toml.keys import value_problem
 
-    _, message, advice = value_problem("sky", "model", text)
-    if message:
-        raise argparse.ArgumentTypeError(f"{message}; {advice}")
+    if problem := value_problem("sky", "model", text):
+        raise argparse.ArgumentTypeError(problem.sentence)
     return text
 
 

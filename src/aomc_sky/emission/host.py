@@ -18,8 +18,8 @@ try:
     from aomc_sky.kernels.jit import is_off
 except (ImportError, AttributeError) as error:
     raise UsageError(
-        f"hosts need a name that the installed numba does not have ({error}); take photons in batches, or install "
-        "numba 0.68"
+        f"hosts need a name that the installed numba does not have ({error})",
+        "take photons in batches, or install numba 0.68",
     ) from error
 
 _kept: list[Any] = []
@@ -29,11 +29,11 @@ _kept: list[Any] = []
 def _require_host(plan: Plan) -> None:
     """Refuse plans with replicates, and all plans if the compiler is off."""
     if is_off():
-        raise UsageError("hosts need numba's compiler; unset NUMBA_DISABLE_JIT, or take photons in batches")
+        raise UsageError("hosts need numba's compiler", "unset NUMBA_DISABLE_JIT, or take photons in batches")
     if (replicates := plan.replicates) > 1:
         raise UsageError(
-            f"a host takes the photons of one randomisation, and this source has replicates={replicates}; "
-            "make one source per seed with replicates=1"
+            f"a host takes the photons of one randomisation, and this source has replicates={replicates}",
+            "make one source per seed with replicates=1",
         )
 
 

@@ -116,8 +116,8 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
     n_values = sum(min(one.n_orders, 8) for one in lights) * medium.wavelength_nm.size * n_directions
     if n_values > _MOST_VALUES:
         raise UsageError(
-            f"the table would hold {n_values:.3g} radiances, {_MOST_VALUES:g} is the most; ask for fewer suns, "
-            "wavelengths or bins"
+            f"the table would hold {n_values:.3g} radiances, {_MOST_VALUES:g} is the most",
+            "ask for fewer suns, wavelengths or bins",
         )
     return AtmosphereTable(
         request=request,

@@ -137,8 +137,8 @@ def _source(folder: str, plan_sha256: str) -> PhotonSource:
         plan = Plan.load(Path(folder) / PLAN)
     except AomcSkyError as error:
         raise OutputError(
-            f"the Dask worker on {socket.gethostname()} cannot read {folder}/{PLAN} ({error}); put the run "
-            "folder on a file system that all workers share"
+            f"the Dask worker on {socket.gethostname()} cannot read {folder}/{PLAN} ({error})",
+            "put the run folder on a file system that all workers share",
         ) from error
     if plan.sha256 != plan_sha256:
         raise OutputError(f"the Dask worker on {socket.gethostname()} finds another run in {folder}")

@@ -57,15 +57,17 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
     folder, name = target_of(run, options)
     export, target = exports()[options.to], folder / name
     if (not name or options.to == "envmap") and folder.resolve() == run.path.resolve():
-        raise UsageError(f"--out {options.out} is {'in ' if name else ''}the run itself; name another folder")
+        raise UsageError(f"--out {options.out} is {'in ' if name else ''}the run itself", "name another folder")
     if is_run_file(name) and folder.resolve() == run.path.resolve():  # verify would take it for the run's
-        raise UsageError(f"--out {options.out}: {target.name} in the run is the run's own; name another file or folder")
+        raise UsageError(
+            f"--out {options.out}: {target.name} in the run is the run's own", "name another file or folder"
+        )
     job = _Job(run=run, options=options, bands=bands, folder=RunFolder(folder), name=name, progress=progress)
     if name:  # the others create their folder once the export is known to be possible
         if os.path.lexists(target) and not target.is_file():
-            raise UsageError(f"--out {target} is a device, a pipe or a link to nothing; name a file")
+            raise UsageError(f"--out {target} is a device, a pipe or a link to nothing", "name a file")
         if target.is_symlink() and not options.force:
-            raise ForeignOutputError(f"{target} is a link to another file; name that file, or add --force")
+            raise ForeignOutputError(f"{target} is a link to another file", "name that file, or add --force")
         create_folder(folder)
         prepare_target(target)
     module, _, function = export.make.partition(":")
@@ -101,10 +103,10 @@ def target_of(run: StoredRun, options: ExportOptions) -> tuple[Path, str]:
     out = Path(options.out).absolute()
     ending, is_folder = out.suffix.lower(), out.is_dir()
     if ending == ".gz":
-        raise UsageError(f"--out {options.out}: an export is not packed; write {out.stem} and run gzip on it")
+        raise UsageError(f"--out {options.out}: an export is not packed", f"write {out.stem} and run gzip on it")
     if ending in export.endings and not (is_folder and export.file_name):
         if is_folder:
-            raise UsageError(f"--out {options.out} is a folder; name a file, for example {out.stem}-map{ending}")
+            raise UsageError(f"--out {options.out} is a folder", f"name a file, for example {out.stem}-map{ending}")
         return out.parent, out.name
     if out.exists() and not is_folder:
         named = f", or a name that ends in {' or '.join(export.endings)}" if export.endings else ""
@@ -216,7 +218,7 @@ def export_aomc(job: _Job) -> tuple[list[str], bool]:
             raise SceneError(f"{job.options.scene}: there is no amc.inp here")
         check_scene(amc_inp, source.plan.wavelength_nm)
         if amc_inp.parent.resolve() == job.folder.path.resolve():
-            raise UsageError(f"{job.folder.path} holds the scene itself; choose another --out")
+            raise UsageError(f"{job.folder.path} holds the scene itself", "choose another --out")
     sky = aomc_sky(source, job.bands)
     with job.folder.held(source.plan, force=job.options.force):
         names = write_aomc_folder(sky, job.folder, amc_inp)

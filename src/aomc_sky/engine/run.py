@@ -309,6 +309,6 @@ def check_memory(source: PhotonSource, options: JobOptions) -> None:
     chunks = ((options.threads or n_cpus()) + 2) * BLOCK * 100
     if plan + chunks > options.max_memory_bytes:
         raise UsageError(
-            f"this run needs about {(plan + chunks) / 2**20:.0f} MiB besides Python, more than --max-memory allows; "
-            f"use fewer threads or larger cells, or {more_memory(plan + chunks)}"
+            f"this run needs about {(plan + chunks) / 2**20:.0f} MiB besides Python, more than --max-memory allows",
+            f"use fewer threads or larger cells, or {more_memory(plan + chunks)}",
         )

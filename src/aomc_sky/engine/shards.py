@@ -52,7 +52,7 @@ def run_shard(
     at once: they write the same bytes.
     """
     if options.force:
-        raise UsageError("--force would remove what other shards made; remove the folder, or leave --force out")
+        raise UsageError("--force would remove what other shards made", "remove the folder, or leave --force out")
     check_memory(source, options)
     folder, started, emitted = RunFolder(out), time.perf_counter(), 0
     source = as_stored(source, folder)

@@ -135,13 +135,14 @@ MEMORY_BYTES = 2**31
 _FREE_BYTES = 2**24  # Python itself takes more
 
 
-def beyond_memory(n_bytes: int, limit_bytes: int | None) -> tuple[str, str]:
-    """Message and advice for arrays larger than the limit of memory; empty for smaller ones."""
+def beyond_memory(n_bytes: int, limit_bytes: int | None) -> Problem | None:
+    """The problem of arrays larger than the limit of memory."""
     limit = MEMORY_BYTES if limit_bytes is None else limit_bytes
     if n_bytes <= max(limit, _FREE_BYTES):
-        return "", ""
+        return None
     size, most = (f"{n / 2**20:.0f} MiB" if n < 2**30 else f"{n / 2**30:.1f} GiB" for n in (n_bytes, limit))
-    return f"about {size} of memory, more than the {most} of --max-memory", more_memory(2 * n_bytes)
+    message = f"about {size} of memory, more than the {most} of --max-memory"
+    return Problem(code="usage", message=message, advice=more_memory(2 * n_bytes))
 
 
 def more_memory(n_bytes: int) -> str:

@@ -89,7 +89,7 @@ def _rgbe(colours: np.ndarray) -> bytes:
     rgb = np.broadcast_to(colours, (3, *colours.shape[1:])).astype(np.float64)
     _, exponent = np.frexp(rgb.max(axis=0))
     if rgb.max() >= _RGBE_MOST:
-        raise SceneError(f"a radiance of {rgb.max():.3g} is more than a .hdr picture can hold; write a .exr file")
+        raise SceneError(f"a radiance of {rgb.max():.3g} is more than a .hdr picture can hold", "write a .exr file")
     is_lit = rgb.max(axis=0) >= 1.0 / _RGBE_MOST
     pixels = np.zeros((*rgb.shape[1:], 4), np.uint8)
     pixels[..., :3] = np.where(is_lit, np.ldexp(rgb, 8 - exponent), 0.0).transpose(1, 2, 0)

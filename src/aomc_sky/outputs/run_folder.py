@@ -131,15 +131,15 @@ def _held_lock(folder: Path, plan_sha256: str, claim: Callable[[bool], None], is
             if how and plan == plan_sha256 and _is_current(path, handle):
                 if how == SHARED and is_alone:
                     raise OutputError(
-                        f"{folder} is held: {who} makes the same run there, and --force would remove its files; wait "
-                        "until it ends, or leave out --force to share the work"
+                        f"{folder} is held: {who} makes the same run there, and --force would remove its files",
+                        "wait until it ends, or leave out --force to share the work",
                     )
                 is_kept = True
                 return handle
             if time.monotonic() - began > (_REFUSED_S if how == SHARED else _CLAIM_S):
                 holder = f"plan {plan[:16]}, {who}" if who else "new"
                 raise OutputError(
-                    f"{folder} is held by another run ({holder}); wait until it ends, or choose another --out"
+                    f"{folder} is held by another run ({holder})", "wait until it ends, or choose another --out"
                 )
         finally:
             if not is_kept:
@@ -213,8 +213,8 @@ class RunFolder:
         visible = sorted(name for name in names if not name.startswith("."))
         if self.size_of(PLAN) is None and visible:
             raise UsageError(
-                f"{self.path} holds {visible[0]}, which no run of aomc-sky wrote there; "
-                f"write --out {self.path / 'aomc-sky-out'}"
+                f"{self.path} holds {visible[0]}, which no run of aomc-sky wrote there",
+                f"write --out {self.path / 'aomc-sky-out'}",
             )
         if self.size_of(PLAN) is not None and not force:
             advice = "choose another --out, or add --force to replace it"
@@ -226,7 +226,7 @@ class RunFolder:
                 raise ForeignOutputError(f"{self.path} holds another run (another scene, seed or options); {advice}")
         elif self.size_of(PLAN) is not None:
             if not _is_our_plan(stored):
-                raise UsageError(f"{stored} is no plan of aomc-sky, so --force keeps it; choose another --out")
+                raise UsageError(f"{stored} is no plan of aomc-sky, so --force keeps it", "choose another --out")
             others = {*filter(is_run_file, names)} - {MANIFEST, PLAN}
             self.require_space(n_bytes - sum(map(self.space_of, others)))
             for part in ([MANIFEST], sorted(others), [PLAN]):  # without its plan no file would be known as ours
@@ -369,7 +369,7 @@ def check_target(
     """
     target = Path(path)
     if not os.fspath(path):
-        raise UsageError(f"{option} is empty; name a file")
+        raise UsageError(f"{option} is empty", "name a file")
     try:
         status = os.stat(target)
     except (OSError, ValueError):
@@ -377,18 +377,19 @@ def check_target(
     if stat.S_ISDIR(status.st_mode):
         return
     if not stat.S_ISREG(status.st_mode):
-        raise UsageError(f"{option} {path} is a device or a pipe, which a file would replace; name a file")
+        raise UsageError(f"{option} {path} is a device or a pipe, which a file would replace", "name a file")
     own = any(os.path.exists(str(path_read)) and os.path.samefile(str(path_read), target) for path_read in inputs)
     is_input = target.suffix.lower() in _INPUT_SUFFIXES and target.name != _ALLOWED_INP and not is_copy
     if own or is_input:
         raise UsageError(
-            f"{option} {path} is an input; inputs are never replaced, even with --force; name another file, "
-            f"for example {target.with_name(f'new-{target.name}')}"
+            f"{option} {path} is an input; inputs are never replaced, even with --force",
+            f"name another file, for example {target.with_name(f'new-{target.name}')}",
         )
     if not force and not is_ours(target):
         raise ForeignOutputError(
-            f"{path} exists and was not written by aomc-sky; give {option} another name, for example "
-            f"{target.with_name(f'new-{target.name}')}, or add --force to replace it"
+            f"{path} exists and was not written by aomc-sky",
+            f"give {option} another name, for example "
+            f"{target.with_name(f'new-{target.name}')}, or add --force to replace it",
         )
 
 
@@ -415,10 +416,10 @@ def check_folder(path: str | Path, option: str, *, scene: str | Path | None = No
     """Refuse an output folder with an empty name, and the folder of the scene."""
     instead = "aomc-sky-out"
     if not os.fspath(path):
-        raise UsageError(f"{option} is empty, which means the current folder; name a folder, for example {instead}")
+        raise UsageError(f"{option} is empty, which means the current folder", f"name a folder, for example {instead}")
     try:
         is_scene = scene is not None and os.path.samefile(path, scene)
     except (OSError, ValueError):
         return  # there is no such folder yet
     if is_scene:
-        raise UsageError(f"{option} {path} is the folder of the scene itself; write {option} {Path(path) / instead}")
+        raise UsageError(f"{option} {path} is the folder of the scene itself", f"write {option} {Path(path) / instead}")

@@ -221,7 +221,7 @@ def king_factor(gamma: ArrayLike) -> Any:
     kind = precision_of(gamma)
     g = checked("gamma", gamma, kind, 0.0, 0.75)
     if np.any(g == 0.75):
-        raise UsageError("the King factor has a pole at gamma = 3/4; give a smaller gamma")
+        raise UsageError("the King factor has a pole at gamma = 3/4", "give a smaller gamma")
     return evaluate(lambda x: (3.0 + 6.0 * x) / (3.0 - 4.0 * x), kind, g)[0]
 
 

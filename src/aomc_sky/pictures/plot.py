@@ -138,7 +138,7 @@ def plot(
     target = None if path is None else picture_path(path)
     convention = given_convention(azimuth_convention)
     if convention.is_from_sun:
-        raise UsageError("azimuth_convention: the sun's own azimuth does not count from the sun; write 'from north'")
+        raise UsageError("azimuth_convention: the sun's own azimuth does not count from the sun", "write 'from north'")
     sun = None
     if sun_deg is not None or sun_rad is not None:
         angles = given_angle("sun_deg", sun_deg, sun_rad)

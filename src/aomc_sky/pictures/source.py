@@ -44,7 +44,7 @@ def source_picture(
     require_one_of(SHOWN, show, "show")
     components, is_stokes = source.components, show in STOKES
     if is_stokes and not source.has_polarisation:
-        raise UsageError(f"the light has no polarisation, so it has no {show}; give a sky polarisation=, or Q and U")
+        raise UsageError(f"the light has no polarisation, so it has no {show}", "give a sky polarisation=, or Q and U")
     grids = [c.grid for c in components if c.grid is not None]
     grid = common_grid([*grids, PatchGrid.regular(*LOBE_BINS)] if _has_lobes(components) else grids)
     marks = marks_of(components, grid, sun)

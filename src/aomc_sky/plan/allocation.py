@@ -191,7 +191,7 @@ def allocate_bands(
 
             multinomial_counts(cumulative, n, key, np.uint64(band), row)
         else:
-            raise UsageError("aomc allocation needs a table; call allocate with method='aomc'")
+            raise UsageError("aomc allocation needs a table", "call allocate with method='aomc'")
     return counts
 
 

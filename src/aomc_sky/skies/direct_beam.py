@@ -91,8 +91,8 @@ class DirectBeam(Share):
         if self._is_cut and self.radius_deg < SMALLEST_CUT_DEG:
             raise SceneError(
                 f"the radius of a disc that the horizon cuts must be {SMALLEST_CUT_DEG:g} degrees or more, got "
-                f"radius_deg {self.radius_deg:g} at the zenith angle {self.sun_zenith_deg:.10g}; write 0.2665 for the "
-                "sun, or 0 for a parallel beam of a sun above the horizon"
+                f"radius_deg {self.radius_deg:g} at the zenith angle {self.sun_zenith_deg:.10g}",
+                "write 0.2665 for the sun, or 0 for a parallel beam of a sun above the horizon",
             )
 
     @property

@@ -323,8 +323,8 @@ def statements(
             message = f"{name} is given, and the field has no coordinate {role}"
             questions.append(FieldError(message, f"leave it out, or {say_coordinate(role)}", name))
     if zenith is None or questions:
-        first = questions[0]
-        raise FieldError(first.message, first.advice, first.argument, questions[1:])
+        first = questions[0].problems[0]
+        raise FieldError(first.message, first.advice, first.field, questions[1:])
     pairs: list[tuple[str, object, list[str]]] = [
         ("angle_unit", stated.angle_unit, axis.units) for axis in (zenith, azimuth) if axis is not None
     ]

@@ -216,19 +216,20 @@ class FunctionSky(Share):
             reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
             raise SceneError(
                 f"the function of sky {self.name!r} failed ({reason}); it takes three arguments: sky_zenith_rad, "
-                "sky_azimuth_rad, wavelength_nm, the angles as arrays; write it with numpy: np.cos instead of "
-                "math.cos, np.where instead of if"
+                "sky_azimuth_rad, wavelength_nm, the angles as arrays",
+                "write it with numpy: np.cos instead of math.cos, np.where instead of if",
             ) from error
         if np.ma.is_masked(values):
             raise SceneError(
-                f"the function of sky {self.name!r} gives masked values; give them a radiance, 0 where no light comes"
+                f"the function of sky {self.name!r} gives masked values", "give them a radiance, 0 where no light comes"
             )
         if values.dtype.kind not in "biuf":
             raise SceneError(f"the function of sky {self.name!r} gives {values.dtype} instead of real numbers")
         if values.shape not in ((), zenith.shape):
             raise SceneError(
                 f"the function of sky {self.name!r} gives an array of shape {values.shape} for directions of shape "
-                f"{zenith.shape}; give one radiance for each direction, or a single number"
+                f"{zenith.shape}",
+                "give one radiance for each direction, or a single number",
             )
         values = np.broadcast_to(np.asarray(values, dtype=np.float64), zenith.shape)
         is_bad = ~(np.isfinite(values) & (values >= 0))

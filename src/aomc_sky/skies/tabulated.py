@@ -131,7 +131,7 @@ class TabulatedSky(Share):
         require_kind(self.grid, PatchGrid, "grid=sky.PatchGrid.regular(45, 180)")
         object.__setattr__(self, "weighting", member_of(Weighting, self.weighting, "weighting"))
         if np.ma.is_masked(self.values):
-            raise SceneError("the values of a sky are masked; give them a radiance, 0 where no light comes from")
+            raise SceneError("the values of a sky are masked", "give them a radiance, 0 where no light comes from")
         wavelength = np.atleast_1d(floats("wavelength_nm", self.wavelength_nm))
         values = floats("values", self.values)
         if values.ndim == 1 or values.shape[0] != wavelength.size:
@@ -152,8 +152,8 @@ class TabulatedSky(Share):
         differing = wavelength[is_again][np.any(values[is_again] != values[first[row[is_again]]], axis=1)]
         if differing.size and not self.midpoint_rule:
             raise SceneError(
-                f"the wavelength {differing[0]:g} nm stands in it twice with different values; give each "
-                "wavelength one row"
+                f"the wavelength {differing[0]:g} nm stands in it twice with different values",
+                "give each wavelength one row",
             )
         slope = None if self.slope is None else floats("slope", self.slope)
         if slope is not None and self.weighting is not Weighting.PROJECTED:

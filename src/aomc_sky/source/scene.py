@@ -197,8 +197,8 @@ class Scene:
             relative = [c.name for c in self.components if c.irradiance_W_m2_nm is None]
             if absolute and relative:
                 raise SceneError(
-                    f"component {absolute[0]!r} is in W m-2 nm-1 and {relative[0]!r} is relative; give "
-                    f"{relative[0]!r} irradiance_W_m2_nm=, or {absolute[0]!r} strength="
+                    f"component {absolute[0]!r} is in W m-2 nm-1 and {relative[0]!r} is relative",
+                    f"give {relative[0]!r} irradiance_W_m2_nm=, or {absolute[0]!r} strength=",
                 )
             object.__setattr__(self, "irradiance", Irradiance.of_components(self.components, self.row_of_band))
         expected = (n_bands, len(self.components))
@@ -229,7 +229,8 @@ class Scene:
             if len(given) > 1 and not has_share(model) and not is_absolute:
                 raise SceneError(
                     f"a scene of {len(given)} components needs the share of each, and {type(model).__name__} "
-                    f"{components[0].name!r} has none; give it strength= (relative irradiance) or irradiance_W_m2_nm="
+                    f"{components[0].name!r} has none",
+                    "give it strength= (relative irradiance) or irradiance_W_m2_nm=",
                 )
             parts += components
             if hasattr(model, "table_wavelength_nm"):
@@ -299,8 +300,8 @@ class Scene:
             where = "" if np.isnan(sky) else f" (the sky's values at {sky:g} nm are all zero)"
             raise SceneError(
                 f"waveband {band + 1} at {self.wavebands.wavelength_nm[band]:g} nm has no light{where}, so its "
-                f"{self.n_photons[band]} photons cannot be launched; give the sky a positive value there or remove the "
-                "waveband"
+                f"{self.n_photons[band]} photons cannot be launched",
+                "give the sky a positive value there or remove the waveband",
             )
 
     @in_default_mode
@@ -394,8 +395,8 @@ def require_projected(weighting: str | None, what: str) -> None:
     """Refuse another weighting for a sky whose photons pass the horizontal sea surface."""
     if weighting not in (None, "projected"):
         raise UsageError(
-            f"{what} sends photons through the horizontal sea surface; weighting {weighting!r} does not; leave "
-            "--weighting out, or write --sky uniform"
+            f"{what} sends photons through the horizontal sea surface; weighting {weighting!r} does not",
+            "leave --weighting out, or write --sky uniform",
         )
 
 
@@ -427,8 +428,8 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_byt
     lobes = [c.name for c in components if law_of(c.law).covers_sky]
     if lobes and options.placement is Placement.CENTRE:
         raise SceneError(
-            f"placement 'centre' puts photons in the middle of patches, and the lobe {lobes[0]!r} has none; "
-            "take placement r2 or philox"
+            f"placement 'centre' puts photons in the middle of patches, and the lobe {lobes[0]!r} has none",
+            "take placement r2 or philox",
         )
     rows, row_of_band = np.unique(scene.row_of_band, return_inverse=True)
     _refuse_large_plan(
@@ -437,8 +438,8 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_byt
     few = np.flatnonzero((scene.n_photons > 0) & (scene.n_photons < options.replicates))
     if few.size:
         raise SceneError(
-            f"waveband {few[0] + 1} has {scene.n_photons[few[0]]} photons, too few for {options.replicates} "
-            "replicates; ask for more photons or for fewer replicates"
+            f"waveband {few[0] + 1} has {scene.n_photons[few[0]]} photons, too few for {options.replicates} replicates",
+            "ask for more photons or for fewer replicates",
         )
     checked_photons(int(scene.n_photons.max()), options.allocation)
     parts = _plan_components(scene, rows, options.weights)
@@ -504,10 +505,9 @@ def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int,
     held = [array for c in scene.components for array in (c.cell, c.slope, c.stokes) if array is not None]
     cell_bytes = sum(array.nbytes for array in held)
     arrays = 8 * replicates * n_bands * (n_cells + 1) + 8 * n_rows * n_cells + cell_bytes
-    too_large, advice = beyond_memory(ARRAYS_HELD * arrays, limit)
-    if too_large:
+    if too_large := beyond_memory(ARRAYS_HELD * arrays, limit):
         shown = f"{n_bands} wavebands of {n_cells} cells" + f" in {replicates} replicates" * (replicates > 1)
-        raise UsageError(f"a plan of {shown} takes {too_large}; take larger cells, or {advice}")
+        raise UsageError(f"a plan of {shown} takes {too_large.message}", f"take larger cells, or {too_large.advice}")
 
 
 def _aomc_cumulative(scene: Scene) -> np.ndarray:

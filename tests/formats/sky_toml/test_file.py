@@ -199,9 +199,9 @@ def test_many_problems_and_no_file(tmp_path):
 @given(st.lists(st.sampled_from([key for complete in SETS for key in complete]), unique=True))
 def test_exactly_the_complete_sets_are_accepted(names):
     complete = not names or any(set(names) == set(wanted) for wanted in SETS)
-    message, advice = set_problem(names)
-    assert (message == "") == complete
-    assert (advice == "") == complete
+    problem = set_problem(names)
+    assert (problem is None) == complete
+    assert complete or (problem.message and problem.advice)
 
 
 @given(st.binary(max_size=200) | st.text(alphabet="[]{}=.,\"'#\n abcdeghinrsuzp_019-+", max_size=120).map(str.encode))

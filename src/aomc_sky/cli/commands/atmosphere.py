@@ -136,7 +136,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
     if arguments.out_dir is None and arguments.out is None:
         raise UsageError(
-            "the output is missing; write --out FILE.nc or --out-dir DIR (or --no-save-tex to check the description)"
+            "the output is missing", "write --out FILE.nc or --out-dir DIR (or --no-save-tex to check the description)"
         )
     _check_targets(arguments)
     needing = cli_options.given_options(arguments, *_SAVES.values(), "texture_save_precision")

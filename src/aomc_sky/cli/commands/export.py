@@ -65,7 +65,7 @@ def _check(arguments: argparse.Namespace) -> None:
     if arguments.scene is not None and arguments.to != "aomc":
         raise UsageError("--scene is for --to aomc")
     if arguments.waveband and exports()[arguments.to].holds_all:
-        raise UsageError(f"--to {arguments.to} holds all wavebands; select one when you read it")
+        raise UsageError(f"--to {arguments.to} holds all wavebands", "select one when you read it")
     if arguments.out == "-":
         raise UsageError("--out - is for run; an export has a file or a folder: name it, for example --out sky")
     if arguments.out is not None:

@@ -60,7 +60,7 @@ def info(arguments: argparse.Namespace) -> int:
         if arguments.path is not None:
             raise UsageError("--include-dir and --skies take no PATH")
         if arguments.include_dir and arguments.skies:
-            raise UsageError("--include-dir and --skies are two commands; leave one out")
+            raise UsageError("--include-dir and --skies are two commands", "leave one out")
         if arguments.skies:
             return _skies(arguments)
         print(include_dir())

@@ -138,7 +138,7 @@ def _scene(speakers: Speakers, arguments: argparse.Namespace) -> Scene:
     from aomc_sky.source.weather_scene import scene_of_weather
 
     if arguments.with_beam and arguments.coefficients is not None and arguments.spectrum != SPECTRL2:
-        raise UsageError("coefficients do not say how bright the beam is; write two of --dni, --dhi, --ghi")
+        raise UsageError("coefficients do not say how bright the beam is", "write two of --dni, --dhi, --ghi")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "(?!spectrum )", ModelLimitWarning)  # warnings of the sky were shown before
         return scene_of_weather(

@@ -76,8 +76,8 @@ def plot(arguments: argparse.Namespace) -> int:
     kind = kind_of(Path(arguments.path)) or Kind.SCENE
     if kind is Kind.ATMOSPHERE:
         raise UsageError(
-            f"{arguments.path} is an atmosphere; write aomc-sky atmosphere {arguments.path} --out sky.nc, which solves "
-            "it, and plot sky.nc"
+            f"{arguments.path} is an atmosphere",
+            f"write aomc-sky atmosphere {arguments.path} --out sky.nc, which solves it, and plot sky.nc",
         )
     kind = kind if kind in _PICTURES else Kind.SCENE
     _refuse_idle_options(arguments, kind)
@@ -174,7 +174,7 @@ def _refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
             raise UsageError(f"{option} is for {named}; {arguments.path} is {kind.value}")
     chosen = [f"--{name}" for name in ("pull", "show", "quantity") if getattr(arguments, name)]
     if len(chosen) > 1:
-        raise UsageError(f"{' and '.join(chosen)} are {len(chosen)} pictures; make each with a command of its own")
+        raise UsageError(f"{' and '.join(chosen)} are {len(chosen)} pictures", "make each with a command of its own")
 
 
 def _target(arguments: argparse.Namespace) -> Path:
@@ -182,7 +182,7 @@ def _target(arguments: argparse.Namespace) -> Path:
     from aomc_sky.outputs.picture import picture_path
 
     if arguments.out == "":
-        raise UsageError("--out is empty; name a file, for example sky.png")
+        raise UsageError("--out is empty", "name a file, for example sky.png")
     if arguments.out is not None:
         return picture_path(arguments.out)
     path = Path(os.path.abspath(arguments.path))
@@ -256,7 +256,7 @@ def _pull_picture(arguments: argparse.Namespace) -> tuple[Picture, tuple[Pulls, 
         raise UsageError(f"{arguments.path} is not finished; the same run command finishes it")
     maps = statistics_of_run(run.path, run.source, run.chosen(arguments.waveband)).pulls
     if not maps:
-        raise UsageError(f"{arguments.path} holds no photons to compare; run it with --format npy")
+        raise UsageError(f"{arguments.path} holds no photons to compare", "run it with --format npy")
     wavelength = run.source.plan.wavelength_nm
     named = [(f"waveband {p.waveband}, {wavelength[p.waveband - 1]:g} nm", p.zones, p.pull) for p in maps]
     title = _title(arguments, f"{_name(arguments)}: pulls of {spaced(run.source.total)} photons")

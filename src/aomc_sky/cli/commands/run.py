@@ -142,9 +142,9 @@ def _check(arguments: argparse.Namespace) -> None:
     formats = cli_options.formats_of(arguments)
     for name, is_given in (("--shard", arguments.shard is not None), ("--engine dask", arguments.engine == "dask")):
         if is_given and (arguments.out == "-" or formats != ("npy",)):
-            raise UsageError(f"{name} writes npy alone; export the finished run to other formats")
+            raise UsageError(f"{name} writes npy alone", "export the finished run to other formats")
     if arguments.engine == "dask" and arguments.shard is not None:
-        raise UsageError("--engine dask divides the run by itself; leave --shard out")
+        raise UsageError("--engine dask divides the run by itself", "leave --shard out")
     if arguments.engine != "dask" and arguments.scheduler is not None:
         raise UsageError("--scheduler needs --engine dask")
     if arguments.out == "-" and formats != ("raw",):

@@ -153,10 +153,9 @@ def _check_sizes(
     # a count that is a little too large is a wrong count (E303); this one is impossible for such a file
     if n_rows > max(n_bytes, 64) * 1000:
         note(0, f"{n_rows} rows do not fit into a file of {n_bytes} bytes")
-    if report.n_errors == before:
-        size, memory_advice = beyond_memory(patches * (PATCH_BYTES + BIN_BYTES * n_table), limit)
-        if size:
-            note(1, f"{bins} take {size}", f"{correct}, or {memory_advice}")
+    too_large = beyond_memory(patches * (PATCH_BYTES + BIN_BYTES * n_table), limit)
+    if too_large is not None and report.n_errors == before:
+        note(1, f"{bins} take {too_large.message}", f"{correct}, or {too_large.advice}")
 
 
 def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:

@@ -245,15 +245,17 @@ class SectionReader:
         """Report choices that are incomplete or contradict each other, at their first key."""
         sections = [content.get(name) for name in ("perez", "sun", "sky", "atmosphere")]
         perez, sun, sky, atmosphere = (one if isinstance(one, dict) else {} for one in sections)
-        if perez and all(name in KEYS["perez"] for name in perez):  # a misspelt key is reported elsewhere
-            self._contradict(("perez", next(iter(perez))), *set_problem(perez))
+        is_known = all(name in KEYS["perez"] for name in perez)  # a misspelt key is reported elsewhere
+        if is_known and (problem := set_problem(perez)):
+            self._contradict(("perez", next(iter(perez))), problem.message, problem.advice)
         zenith: Any = sun.get("zenith_deg")
         if "atmosphere" not in content and type(zenith) in (int, float) and 90 <= zenith <= 180:
             span, message = self.spans["sun", "zenith_deg"].value, f"{zenith} is outside the range 0 to below 90"
             advice = "write 0 to below 90; a sun that has set needs [atmosphere]"
             self.report.at(span, "E704", message, name="zenith_deg", advice=advice)
-        if moon := [name for name in atmosphere if name in MOON_KEYS]:
-            self._contradict(("atmosphere", moon[0]), *moon_problem(moon))
+        moon = [name for name in atmosphere if name in MOON_KEYS]
+        if problem := moon_problem(moon):
+            self._contradict(("atmosphere", moon[0]), problem.message, problem.advice)
         model = sky.get("model")
         if "table" in sky and "model" in sky:
             self._contradict(("sky", "model"), "model and table describe the same sky twice", "remove one of them")
@@ -287,10 +289,9 @@ class SectionReader:
             self._contradict(("sky", POLARISATION), message, "remove one of them")
 
     def _contradict(self, path: tuple[str, ...], message: str, advice: str, *, name: str | None = None) -> None:
-        """Report a key that contradicts others; without a message nothing is wrong."""
-        if message:
-            name = path[0] if name is None else name
-            self.report.at(self.spans[path].key, "E705", message, name=name, advice=advice)
+        """Report a key that contradicts others."""
+        name = path[0] if name is None else name
+        self.report.at(self.spans[path].key, "E705", message, name=name, advice=advice)
 
 
 # Positions of keys: the standard library's reader gives values without lines.

@@ -13,6 +13,7 @@ from functools import partial
 from numbers import Real
 from typing import Any
 
+from aomc_sky.errors import Problem
 from aomc_sky.formats.report import BadValueError, Gathered, nearest_text
 from aomc_sky.options import FIELD, LIGHTS, LOBES, SECTIONS, Kind, Option
 
@@ -368,40 +369,45 @@ PATHS = {"sky": ("table",), "background": ("file",), "atmosphere": ("file",)}
 """Keys that name a file, relative to the folder of sky.toml."""
 
 
-def set_problem(names: Collection[str]) -> tuple[str, str]:
-    """Message and advice for keys of [perez] that are not one of the `SETS`; empty for a good set and for no key."""
+def set_problem(names: Collection[str]) -> Problem | None:
+    """The problem of keys of [perez] that are not one of the `SETS`."""
     names = [name for name in names if any(name in group for group in _GROUPS)]
     if not names or any(set(names) == set(complete) for complete in SETS):
-        return "", ""
+        return None
     groups = [[name for name in group if name in names] for group in _GROUPS]
     touched = [group for group in groups if group]
     if len(touched) > 1:
         shown = " and ".join("/".join(group) for group in touched)
-        return f"{shown} describe the same sky twice", f"keep one of {_SETS_TEXT}"
+        return _contradiction(f"{shown} describe the same sky twice", f"keep one of {_SETS_TEXT}")
     named = touched[0]
     expected = next(complete for complete in SETS if set(named) <= set(complete))
-    missing = [name for name in expected if name not in named]
+    missing = ", ".join(name for name in expected if name not in named)
     alternative = {"dni": " (or ghi)", "dhi": " (or ghi)", "ghi": " (or dhi)"}.get(named[0], "")
-    return f"{', '.join(named)} without {', '.join(missing)}", f"add {', '.join(missing)}{alternative}"
+    return _contradiction(f"{', '.join(named)} without {missing}", f"add {missing}{alternative}")
 
 
-def value_problem(section: str, name: str, value: object) -> tuple[str, str, str]:
-    """Code, message and advice of the first fault of a value; empty for a good one."""
+def _contradiction(message: str, advice: str) -> Problem:
+    return Problem(code="E705", message=message, advice=advice)
+
+
+def value_problem(section: str, name: str, value: object) -> Problem | None:
+    """The first fault of a value."""
     try:
         RULES[section][name](value)
     except BadValueError as problem:
-        return problem.code, problem.message, problem.advice
-    return "", "", ""
+        return Problem(code=problem.code, message=problem.message, advice=problem.advice, field=name)
+    return None
 
 
-def moon_problem(names: Collection[str]) -> tuple[str, str]:
-    """Message and advice for `MOON_KEYS` that are not one position; empty for a good position and for no key."""
+def moon_problem(names: Collection[str]) -> Problem | None:
+    """The problem of `MOON_KEYS` that are not one position."""
     for pair in _TWICE:
         if all(name in names for name in pair):
-            return f"{pair[0]} and {pair[1]} say the same thing twice", f"remove {pair[1]}"
+            return _contradiction(f"{pair[0]} and {pair[1]} say the same thing twice", f"remove {pair[1]}")
     if names and not any(name in names for pair in _TWICE for name in pair):
-        return "moon_distance_km without a direction of the Moon", "add moon_zenith_offset_deg = 0, or moon_zenith_deg"
-    return "", ""
+        advice = "add moon_zenith_offset_deg = 0, or moon_zenith_deg"
+        return _contradiction("moon_distance_km without a direction of the Moon", advice)
+    return None
 
 
 def plain_number(value: object) -> object:

@@ -148,7 +148,7 @@ def write_amc_copy(scene: Path, target: Path, iterations: int) -> None:
     write_atomically(target, text)
     if read_quietly(target) != dataclasses.replace(config, iterations=iterations, light_source=LightSource.FILE):
         raise SceneError(
-            f"{target} is not the scene that it was copied from when it is read again; write amc.inp by hand"
+            f"{target} is not the scene that it was copied from when it is read again", "write amc.inp by hand"
         )
 
 
@@ -180,7 +180,8 @@ def check_scene(amc_inp: Path, wavelength_nm: np.ndarray) -> None:
     if not np.array_equal(scene_nm, wavelength_nm):
         raise SceneError(
             f"{amc_inp.parent / 'lambbot.inp'} has {scene_nm.size} wavebands that are not the {wavelength_nm.size} of "
-            "the run; name the scene that was run"
+            "the run",
+            "name the scene that was run",
         )
 
 
@@ -248,7 +249,7 @@ def exact_radiances(counts: np.ndarray) -> np.ndarray:
         if radiance is not None:
             return radiance
     raise AllocationError(
-        "no 32-bit radiances make the AOMC program launch exactly these counts; export another seed or photon number"
+        "no 32-bit radiances make the AOMC program launch exactly these counts", "export another seed or photon number"
     )
 
 

@@ -235,8 +235,8 @@ def _energies(source: PhotonSource) -> np.ndarray:
     for band in np.flatnonzero(~((energy > 0) & np.isfinite(energy))):
         if source.n_photons(int(band)):
             raise SceneError(
-                f"waveband {band + 1} has the wavelength {wavelength[band]} nm, for which MCPL has no photon energy; "
-                "correct lambbot.inp, or write --format npy"
+                f"waveband {band + 1} has the wavelength {wavelength[band]} nm, for which MCPL has no photon energy",
+                "correct lambbot.inp, or write --format npy",
             )
     return energy
 

@@ -120,7 +120,8 @@ class AtmosphereSky(Share):
         if is_night and self.polarisation is not None and self.ground_radiance is not None:
             raise SceneError(
                 f"the sun is {self.sun_zenith_deg - 90.0:.4g} degrees below the horizon and the ground alone gives the "
-                "light, but Rayleigh's pattern is that of the sun's light; leave polarisation out"
+                "light, but Rayleigh's pattern is that of the sun's light",
+                "leave polarisation out",
             )
         tolerance = _TOLERANCE if self.sun_zenith_deg <= 90.0 else _TOLERANCE_TWILIGHT
         with status_line("solving the atmosphere", enabled=is_free()):

@@ -164,7 +164,8 @@ def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: str = "radiance") -
     if np.any((brightness < 0) | np.isinf(brightness)):
         raise SceneError(
             f"the sky brightness Delta must be finite and not negative, got {np.nanmin(brightness):g} to "
-            f"{np.nanmax(brightness):g}; set the small negative offset of a pyranometer to 0"
+            f"{np.nanmax(brightness):g}",
+            "set the small negative offset of a pyranometer to 0",
         )
     if limits == "paper":
         return clearness, brightness

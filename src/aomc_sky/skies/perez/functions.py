@@ -148,7 +148,7 @@ def luminance(
         assert diffuse_illuminance is not None
         known, reference = diffuse_illuminance, horizontal_integral(coefficients, sun_zenith_rad)
     if np.any(reference <= 0):
-        raise SceneError("the model's sky is negative overhead or as a whole and cannot be scaled; see PerezSky")
+        raise SceneError("the model's sky is negative overhead or as a whole and cannot be scaled", "see PerezSky")
     return relative * (floats("the luminance", known) / reference)
 
 
@@ -177,7 +177,7 @@ def horizontal_integral(coefficients: ArrayLike, sun_zenith_rad: ArrayLike) -> n
     values = np.broadcast_to(values, (*shape, 5)).reshape(-1, 5)
     suns = np.broadcast_to(zenith, shape).ravel()
     if np.any((values[:, 1] > 0) & (values[:, 0] != 0)):
-        raise SceneError("the integral over the sky diverges for b > 0; take np.minimum(b, 0), as PerezSky does")
+        raise SceneError("the integral over the sky diverges for b > 0", "take np.minimum(b, 0), as PerezSky does")
     total = np.empty(len(values))
     for start in range(0, len(values), _SKIES_AT_ONCE):
         part = slice(start, start + _SKIES_AT_ONCE)

@@ -36,7 +36,8 @@ def checked_sun(sun_zenith_rad: ArrayLike) -> np.ndarray:
     if np.any((zenith < 0) | (zenith > np.pi / 2)):
         raise SceneError(
             "the zenith angle of the sun must be from 0 to pi/2 rad (sun above the horizon), got "
-            f"{np.nanmin(zenith):g} to {np.nanmax(zenith):g}; leave out the hours with the sun below the horizon"
+            f"{np.nanmin(zenith):g} to {np.nanmax(zenith):g}",
+            "leave out the hours with the sun below the horizon",
         )
     return zenith
 
@@ -47,7 +48,8 @@ def checked_irradiance(name: str, value: ArrayLike) -> np.ndarray:
     if np.any((array < -OFFSET) | np.isinf(array)):
         raise SceneError(
             f"{name} must be finite and at least -{OFFSET:g} W m-2, the offset of an instrument without light; got "
-            f"{np.nanmin(array):g} to {np.nanmax(array):g}; leave out the hours without a measurement"
+            f"{np.nanmin(array):g} to {np.nanmax(array):g}",
+            "leave out the hours without a measurement",
         )
     return np.maximum(array, 0.0)
 
@@ -119,18 +121,21 @@ def closed_irradiances(
     if known["dni"] > BEAM_TOLERANCE * outside:
         raise SceneError(
             f"dni {known['dni']:g} W m-2 is more than any sky lets through, for the sun has {outside:g} outside the "
-            f"atmosphere; check dni and its unit: {_KILOJOULES}"
+            f"atmosphere",
+            f"check dni and its unit: {_KILOJOULES}",
         )
     if known["dhi"] > most:  # which none of 13 291 real hours has
         raise SceneError(
             f"dhi {known['dhi']:g} W m-2 is more than any sky gives with the sun at a zenith angle of {zenith:.6g} "
-            f"degrees, {most:.4g} W m-2 for {outside:g} outside the atmosphere; check dhi, and the time with its zone"
+            f"degrees, {most:.4g} W m-2 for {outside:g} outside the atmosphere",
+            "check dhi, and the time with its zone",
         )
     if total > most_global:
         raise SceneError(
             f"dhi {known['dhi']:g} + dni {known['dni']:g} cos Z is {total:.4g} W m-2, which is more than any sky "
             f"and sun give with the sun at a zenith angle of {zenith:.6g} degrees, {most_global:.4g} W m-2 for "
-            f"{outside:g} outside the atmosphere; check their unit, and the time with its zone: {_KILOJOULES}"
+            f"{outside:g} outside the atmosphere",
+            f"check their unit, and the time with its zone: {_KILOJOULES}",
         )
     return known["dni"], known["dhi"]
 
@@ -145,21 +150,21 @@ def dhi_exceeds_ghi(ghi: float | None, dni: float | None, dhi: float | None) -> 
 def _direct(ghi: float, dhi: float, zenith: float, cosine: float, outside: float) -> float:
     if not (zenith >= 0 and cosine > 0):
         raise SceneError(
-            f"ghi and dhi say nothing of the beam of a sun below the horizon: its zenith angle is {zenith:g} degrees; "
-            "check the time and its zone"
+            f"ghi and dhi say nothing of the beam of a sun below the horizon: its zenith angle is {zenith:g} degrees",
+            "check the time and its zone",
         )
     beam = ghi - dhi
     if beam < -_tolerance_of_sun(DIFFUSE_TOLERANCE, zenith) * max(ghi, LEAST_SUM):
         raise SceneError(
-            f"dhi {dhi:g} W m-2 is more than ghi {ghi:g}, so that dni would be negative; give ghi and dhi of the "
-            "same moment: ghi is the light of sun and sky together"
+            f"dhi {dhi:g} W m-2 is more than ghi {ghi:g}, so that dni would be negative",
+            "give ghi and dhi of the same moment: ghi is the light of sun and sky together",
         )
     direct = max(beam, 0.0) / cosine
     if direct > BEAM_TOLERANCE * outside:
         raise SceneError(
             f"ghi {ghi:g} less dhi {dhi:g} W m-2 is a beam of {direct:.4g} W m-2 with the sun at a zenith angle "
-            f"of {zenith:.6g} degrees, and outside the atmosphere it has {outside:g}; check the time, or give dni and "
-            "dhi"
+            f"of {zenith:.6g} degrees, and outside the atmosphere it has {outside:g}",
+            "check the time, or give dni and dhi",
         )
     return direct
 
@@ -170,7 +175,8 @@ def _diffuse(ghi: float, dni: float, zenith: float, cosine: float) -> float:
     if diffuse < -1e-9 * beam:
         raise SceneError(
             f"dni cos Z is {beam:g} W m-2 (dni {dni:g}, the sun at a zenith angle of {zenith:.6g} degrees) and exceeds "
-            f"ghi {ghi:g}, so nothing is left for the sky; give ghi and dni of the same moment"
+            f"ghi {ghi:g}, so nothing is left for the sky",
+            "give ghi and dni of the same moment",
         )
     return max(diffuse, 0.0)
 
@@ -181,7 +187,8 @@ def _check_sum(ghi: float, dni: float, dhi: float, zenith: float, cosine: float)
         raise SceneError(
             f"ghi {ghi:g} is not dhi {dhi:g} + dni {dni:g} cos Z = {total:.4g} W m-2 with the sun at a zenith "
             f"angle of {zenith:.6g} degrees; good instruments agree to {100 * share:.0f} % "
-            f"({share * LEAST_SUM:g} W m-2 in weak light); leave out the one that is wrong"
+            f"({share * LEAST_SUM:g} W m-2 in weak light)",
+            "leave out the one that is wrong",
         )
 
 

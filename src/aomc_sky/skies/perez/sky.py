@@ -137,7 +137,8 @@ class PerezSky(Share):
         if values[2] != 0 and values[3] < _STEEPEST:
             raise SceneError(
                 f"the coefficient d must be {_STEEPEST:g} or more, got {values[3]:g} ({self._inputs()}): an aureole "
-                "that narrow is not the sky's; write c = 0 and add a beam, or limits 'radiance' for epsilon and Delta"
+                "that narrow is not the sky's",
+                "write c = 0 and add a beam, or limits 'radiance' for epsilon and Delta",
             )
         if values[1] > 0:
             self._warn(f"b = {values[1]:.4g} makes the horizon infinitely bright or dark and was set to 0")
@@ -152,8 +153,8 @@ class PerezSky(Share):
         if may_be_black and (share >= 1 or self.relative_integral <= 0):
             check = "dhi or Delta" if self.coefficients is None else "a to e"
             raise SceneError(
-                f"the model's luminance is nowhere positive ({self._inputs()}): this sky is "
-                f"too dark for this sun; check {check}"
+                f"the model's luminance is nowhere positive ({self._inputs()}): this sky is too dark for this sun",
+                f"check {check}",
             )
         if share > 0:
             self._warn(f"the luminance is negative over {100 * share:.2g} % of the sky and counts as 0 there")

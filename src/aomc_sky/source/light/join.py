@@ -177,7 +177,7 @@ def _refuse_too_bright(light: InBands, sun: Sun | None, bands: Wavebands) -> Non
         f"that faces the sun, which has {solar_irradiance(nm):.3g} outside the atmosphere"
     )
     if "spectrum" not in light.options or excess[band] > _MOST_OF_DRY_AIR:
-        raise SceneError(f"{text}; check the irradiances and their unit")
+        raise SceneError(f"{text}", "check the irradiances and their unit")
     warnings.warn(f"{text}: the spectrum is that of air at the sea, and this air is clearer", ModelLimitWarning, 3)
 
 
@@ -299,8 +299,8 @@ def in_absolute_units(
         dark = np.flatnonzero((base.sum(axis=1) == 0) & (wanted if wanted is not None else False))
         if dark.size and is_known:
             raise SceneError(
-                f"waveband {dark[0] + 1} at {bands.wavelength_nm[dark[0]]:g} nm has no light, 0 W m-2 nm-1; write a "
-                "positive value, or choose others by --waveband"
+                f"waveband {dark[0] + 1} at {bands.wavelength_nm[dark[0]]:g} nm has no light, 0 W m-2 nm-1",
+                "write a positive value, or choose others by --waveband",
             )
         return dataclasses.replace(light, irradiance=Irradiance(of_component=base))
     return _with_backgrounds(light, base, skies, bands)
@@ -358,7 +358,8 @@ def _base_irradiance(
             band = int(idle[0])
             raise SceneError(
                 f"sky.toml: {name}_irradiance is {expected[band]:g} W m-2 nm-1 in waveband {band + 1} at "
-                f"{bands.wavelength_nm[band]:g} nm, but the scene has no {name} light there; write 0.0 for it"
+                f"{bands.wavelength_nm[band]:g} nm, but the scene has no {name} light there",
+                "write 0.0 for it",
             )
     total = np.where(is_beam[:, None], beam, sky)
     irradiance = np.where(is_beam[:, None], direct, diffuse)

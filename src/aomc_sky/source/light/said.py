@@ -87,9 +87,8 @@ def said_by_caller(
 
         moment = moment_of(weather, perez, sun)
     amounts, angles = _checked("perez", perez), _checked("sun", sun)
-    message, advice = set_problem(list(amounts))
-    if message:
-        raise UsageError(f"how bright are sun and sky? {message}; {advice}")
+    if problem := set_problem(list(amounts)):
+        raise UsageError(f"how bright are sun and sky? {problem.message}", problem.advice)
     if dataclasses.is_dataclass(clear_sky) and not isinstance(clear_sky, type):
         clear_sky = _given(dataclasses.asdict(clear_sky))
     if clear_sky is not None and not isinstance(clear_sky, Mapping):
@@ -142,9 +141,8 @@ def checked_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
     for name in values:
         if name not in LIGHTS:
             raise UsageError(f"atmosphere has no input {name!r}; the inputs are {', '.join(LIGHTS)}")
-    message, advice = moon_problem([name for name in values if name in MOON_KEYS and name != "moon_distance_km"])
-    if message:
-        raise UsageError(f"the Moon: {message}; {advice}")
+    if problem := moon_problem([name for name in values if name in MOON_KEYS and name != "moon_distance_km"]):
+        raise UsageError(f"the Moon: {problem.message}", problem.advice)
     return _checked("atmosphere", values)
 
 
@@ -161,10 +159,9 @@ def _checked(section: str, values: Mapping[str, Any]) -> dict[str, Any]:
             value = bool(value)
         value = plain_number(value)
         if value is not None:
-            _, message, advice = value_problem(section, name, value)
-            if message:
-                shown = INPUTS[name].keyword if section == "sun" else ""
-                raise UsageError(f"{shown or name}: {message}; {advice}")
+            if problem := value_problem(section, name, value):
+                shown = (INPUTS[name].keyword if section == "sun" else "") or name
+                raise UsageError(f"{shown}: {problem.message}", problem.advice, field=shown)
             good[name] = value
     return good
 

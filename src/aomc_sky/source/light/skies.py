@@ -175,8 +175,8 @@ def _perez_arguments(shape: PerezSection, sun: Sun) -> dict[str, Any]:
     direct, diffuse = irradiances(shape, sun)
     if diffuse == 0:
         raise SceneError(
-            f"{shape} leave no light for the sky, but bands have diffuse light; give a positive diffuse irradiance, or "
-            "direct fractions of 1"
+            f"{shape} leave no light for the sky, but bands have diffuse light",
+            "give a positive diffuse irradiance, or direct fractions of 1",
         )
     if is_exceeded := dhi_exceeds_ghi(shape.ghi, shape.dni, shape.dhi):
         warnings.warn(is_exceeded, ModelLimitWarning, stacklevel=2)
@@ -314,7 +314,7 @@ class Model:
         if key not in self._made:
             made = tuple(_every_row(one, wavelength_nm.size) for one in self.model.lower(wavelength_nm))
             if any(law_of(one.law).is_beam for one in made):
-                raise UsageError(f"{self.name} is a beam and no diffuse sky; put it into Scene(components=[...])")
+                raise UsageError(f"{self.name} is a beam and no diffuse sky", "put it into Scene(components=[...])")
             self._made[key] = made
         return self._made[key]
 
@@ -351,8 +351,8 @@ def with_sun_of(model: Model, speakers: Speakers) -> Speakers:
         if float(travel_from_sky(*suns[0]) @ travel_from_sky(*suns[1])) < math.cos(math.radians(_APART_DEG)):
             at = ["a zenith angle of {:.4g} and an azimuth of {:.4g} degrees".format(*one) for one in suns]
             raise UsageError(
-                f"where is the sun? {model.made_of} has it at {at[0]}, {said.origin} at {at[1]}; leave one of both "
-                "out, or give the sky that sun"
+                f"where is the sun? {model.made_of} has it at {at[0]}, {said.origin} at {at[1]}",
+                "leave one of both out, or give the sky that sun",
             )
     return (*callers, Said(sun=own, is_file=True), *speakers[len(callers) :])
 
@@ -385,7 +385,7 @@ def patterned(
     if sun is None or sun.polarisation is None:
         return tuple(components)
     if any(one.stokes is not None for one in components):
-        raise UsageError(f"polarisation: {name} is polarised already; leave its Q and U out, or Rayleigh's pattern")
+        raise UsageError(f"polarisation: {name} is polarised already", "leave its Q and U out, or Rayleigh's pattern")
     if not hasattr(model, "radiance") or all(one.grid is None for one in components):
         raise UsageError(f"polarisation: {name} has no radiance or no patches, as Rayleigh's pattern needs them")
     return sun.polarisation.polarised(components, model.radiance, wavelength_nm, sun.rad)
@@ -404,9 +404,8 @@ def _every_row(component: Component, n_rows: int) -> Component:
 
 def require_sky_name(name: str) -> None:
     """Raise for a name that no sky has."""
-    _, message, advice = value_problem("sky", "model", name)
-    if message:
-        raise UsageError(f"sky: {message}; {advice}")
+    if problem := value_problem("sky", "model", name):
+        raise UsageError(f"sky: {problem.message}", problem.advice, field="sky")
 
 
 def named_sky(name: str, options: Mapping[str, Any]) -> Sky | None:

@@ -317,8 +317,8 @@ def _refuse_outside(wavelength_nm: np.ndarray) -> None:
         band = int(outside[0])
         raise SceneError(
             f"waveband {band + 1} at {wavelength_nm[band]:.12g} nm is outside the spectra of spectrum 'spectrl2', "
-            f"{SHORTEST_NM:g} to {LONGEST_NM:g} nm; leave it out. Beside a sky in relative units spectrum 'flat' "
-            "takes two irradiances at any wavelength"
+            f"{SHORTEST_NM:g} to {LONGEST_NM:g} nm",
+            "leave it out. Beside a sky in relative units spectrum 'flat' takes two irradiances at any wavelength",
         )
 
 

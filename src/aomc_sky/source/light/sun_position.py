@@ -39,24 +39,26 @@ def utc(time: str | datetime.datetime | np.datetime64) -> np.datetime64:
     if isinstance(time, np.datetime64):
         year = time.astype("datetime64[Y]")  # before seconds, which overflow
         if np.isnat(time):
-            raise UsageError("a time is missing (NaT); leave it out")
+            raise UsageError("a time is missing (NaT)", "leave it out")
         if not _EARLIEST <= year <= _LATEST:
             raise UsageError(f"the sun's position is known for the years 1800 to 2199, got {year}")
         return time.astype("datetime64[s]")
     if not isinstance(time, (str, datetime.datetime)):
         raise _no_time(time)
     if isinstance(time, str) and (leap := _LEAP_SECOND.search(time)):
-        raise UsageError(f"time {time} is in a leap second, which clocks of computers leave out; write {leap[1]}:59")
+        raise UsageError(f"time {time} is in a leap second, which clocks of computers leave out", f"write {leap[1]}:59")
     try:
         text = re.sub("z$", "Z", time.strip()) if isinstance(time, str) else ""
         moment = time if isinstance(time, datetime.datetime) else datetime.datetime.fromisoformat(text)
     except ValueError:
         raise _no_time(time) from None
     if moment != moment:  # NaT of pandas
-        raise UsageError("a time is missing (NaT); leave it out")
+        raise UsageError("a time is missing (NaT)", "leave it out")
     if moment.tzinfo is None:
         text = moment.isoformat(timespec="seconds" if moment.second else "minutes")
-        raise UsageError(f"time {time} does not say its time zone; write {text}Z for UTC, or an offset such as +02:00")
+        raise UsageError(
+            f"time {time} does not say its time zone", f"write {text}Z for UTC, or an offset such as +02:00"
+        )
     try:
         return np.datetime64(moment.astimezone(datetime.UTC).replace(tzinfo=None), "s")
     except OverflowError:

@@ -75,9 +75,10 @@ def refuse_names(names: Iterable[str], used: set[str], *, light: str, sky: str, 
         if found := [name for name in idle if name in group]:
             advice = next((hint[name] for name in reversed(found) if name in hint), "")
             are, it = _are(found), "it" if len(found) == 1 else "them"
-            said.append(f"{listed(found)} {are} not used: {reason}{say(advice.replace('leave it', f'leave {it}'))}")
+            advice = say(advice.removeprefix("; ").replace("leave it", f"leave {it}"))
+            said.append(UsageError(f"{listed(found)} {are} not used: {reason}", advice).problems[0])
     if said:
-        raise UsageError(". ".join(said))
+        raise UsageError(said[0].message, said[0].advice, more=said[1:])
 
 
 def _are(names: Sequence[str]) -> str:

@@ -66,8 +66,9 @@ class Moment:
         if self.sun_zenith_deg >= 90:
             below = self.sun_zenith_deg - 90
             raise SceneError(
-                f"at {self.source['time']} the sun is {below:.2f} degrees below the horizon there; take an hour of the "
-                "day, and see that latitude is north, longitude east, and the time in the zone that it names"
+                f"at {self.source['time']} the sun is {below:.2f} degrees below the horizon there",
+                "take an hour of the "
+                "day, and see that latitude is north, longitude east, and the time in the zone that it names",
             )
 
 

@@ -67,7 +67,8 @@ class SkyField:
         if per_solid_angle and sky.radiance_unit:
             raise UsageError(
                 "weighting 'solid-angle' is for a sky in relative units, and this field is in W m-2 nm-1 on the "
-                "horizontal surface; leave it out"
+                "horizontal surface",
+                "leave it out",
             )
         if per_solid_angle:
             sky = dataclasses.replace(sky, weighting=Weighting.SOLID_ANGLE, slope=None)
@@ -157,8 +158,8 @@ def read_sky_field(
         return read_field_file(section, sun.angles_deg, amc_sun.angles_deg)
     except FieldError as error:
         problems = []
-        for one in error.all:
-            place = ("sky", one.argument if getattr(section, one.argument, None) else "table")
+        for one in error.problems:
+            place = ("sky", one.field if getattr(section, one.field, None) else "table")
             problems.append(problem_of_key(toml_path, place, "E710", one.message, in_keys(one.advice)))
         raise InputFileError(problems) from None
 

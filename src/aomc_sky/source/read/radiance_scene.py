@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.errors import NOWHERE, FieldError, InputFileError, InputWarning, SceneError, UsageError
+from aomc_sky.errors import FieldError, InputFileError, InputWarning, SceneError, UsageError
 from aomc_sky.formats.netcdf import lights_beside
 from aomc_sky.formats.sky_toml.sections import FieldSection, SunSection
 from aomc_sky.formats.text_file import refuse
@@ -55,7 +55,7 @@ def field_scene(
     try:
         field = read_field_file(section, sun_said(callers).angles_deg)
     except FieldError as error:
-        problems = [NOWHERE.problem(path, "E710", one.message, field="", advice=one.advice) for one in error.all]
+        problems = [dataclasses.replace(one, path=path, code="E710", field="") for one in error.problems]
         raise InputFileError(problems) from None
     except SceneError as error:
         raise refuse(path, str(error), code="E710") from None

@@ -303,7 +303,7 @@ def _photons(files: SceneFiles, light: Light, compat: str | None) -> np.ndarray:
         raise SceneError(f"intensity x iterations must not exceed 2^62 photons in a band, got {found}")
     if not any(exact) and not compat:
         reason = "intensity x iterations is below 1/2 in every waveband"
-        raise SceneError(f"difcol.inp gives no photons: {reason}; write larger intensities, or more iterations")
+        raise SceneError(f"difcol.inp gives no photons: {reason}", "write larger intensities, or more iterations")
     return np.array(exact, dtype=np.int64)
 
 

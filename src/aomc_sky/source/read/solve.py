@@ -154,7 +154,7 @@ def direction_of_moon(moon: Mapping[str, float] | None) -> MoonDirection | None:
     lights = checked_lights({f"{PREFIX}{name}": value for name, value in moon.items()})
     if not lights:
         raise UsageError(
-            'the Moon has no direction; write moon={"zenith_offset_deg": 0} for a Moon in front of the sun'
+            "the Moon has no direction", 'write moon={"zenith_offset_deg": 0} for a Moon in front of the sun'
         )
     return moon_direction(lights)
 

@@ -78,7 +78,7 @@ def tabulated_sky(
     meaning = Weighting(weighting or declared)
     grid, values = _grid_and_values(table, kind, azimuth_bins)
     if meaning is Weighting.AOMC and kind is not Bins.DEGREES:
-        raise UsageError("weighting 'aomc' is the program's weight of whole degrees; write --bins degrees with it")
+        raise UsageError("weighting 'aomc' is the program's weight of whole degrees", "write --bins degrees with it")
     if meaning is Weighting.AOMC:
         _refuse_infinite_float32(table)
     sky = TabulatedSky(wavelength_nm=table.wavelength_nm, values=values, grid=grid, weighting=meaning)

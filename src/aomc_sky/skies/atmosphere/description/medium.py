@@ -149,8 +149,8 @@ def at_wavelengths(
     beyond = requested[~is_near & ((requested < known[0]) | (requested > known[-1]))]
     if beyond.size:
         raise SceneError(
-            f"{description.path}: {beyond[0]:g} nm lies beyond its wavelengths, {known[0]:g} to {known[-1]:g} nm; "
-            "take a description that reaches so far"
+            f"{description.path}: {beyond[0]:g} nm lies beyond its wavelengths, {known[0]:g} to {known[-1]:g} nm",
+            "take a description that reaches so far",
         )
     if is_near.all():
         return description, np.searchsorted(known, np.unique(nearest))
@@ -342,7 +342,7 @@ def moon_of_direction(
     if direction is None or direction.is_empty:
         return None
     if not direction.has_angle:
-        raise SceneError("moon_distance_km without a place of the Moon; give moon_zenith_offset_deg, such as 0")
+        raise SceneError("moon_distance_km without a place of the Moon", "give moon_zenith_offset_deg, such as 0")
     zenith, azimuth = (math.radians(angle) for angle in direction.angles(sun_zenith_deg, sun_azimuth_deg))
     if direction.distance_km is not None:
         distance = 1000.0 * direction.distance_km
@@ -355,7 +355,7 @@ def moon_of_direction(
         distance = math.sqrt((centres - across) * (centres + across)) - radius * math.cos(zenith)
     else:
         raise SceneError(
-            "the distance of the Moon is missing; write moon_distance_km, or Earth-Moon distance in the description"
+            "the distance of the Moon is missing", "write moon_distance_km, or Earth-Moon distance in the description"
         )
     return Moon(zenith_rad=zenith, azimuth_from_sun_rad=azimuth, distance_m=distance)
 

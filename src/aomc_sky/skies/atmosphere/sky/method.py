@@ -61,13 +61,13 @@ def chosen_method(
         return "order1", 1
     if is_eclipsed:
         if method == "sos":
-            raise UsageError('method "sos" cannot solve an eclipse; use "mc" or "auto"')
+            raise UsageError('method "sos" cannot solve an eclipse', 'use "mc" or "auto"')
         return "mc", orders
     is_low = degrees > LOWEST_SUN_DEG + 1e-9 and is_curved(medium, sun_zenith_rad)
     if method == "mc" or (method == "auto" and (is_low or degrees > 90.0 + 1e-9)):
         return "mc", orders
     if degrees > 90.0 + 1e-9:
-        raise UsageError(f'method "sos" needs the sun above the horizon, got zenith {degrees:g}; use "mc"')
+        raise UsageError(f'method "sos" needs the sun above the horizon, got zenith {degrees:g}', 'use "mc"')
     if is_low:
         warnings.warn(
             f"the sun stands {90 - degrees:.4g} degrees above the horizon; below {90 - LOWEST_SUN_DEG:g} degrees, "
