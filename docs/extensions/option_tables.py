@@ -46,7 +46,7 @@ def options_table(name: str) -> str:
         lines += ["", f"**{title[:1].upper()}{title[1:]}**"] if title else []
         lines += ["", "| option | meaning |", "| --- | --- |"]
         for row in (OPTIONS[one] for one in names.split()):
-            value = "|".join(row.words) if row.words else row.value
+            value = "|".join(cli_options.words_of(row)) or row.value
             shown = f"`{row.flag} {value}`".replace(" `", "`").replace("|", r"\|")
             if row.kind is Kind.SWITCH:
                 shown += f", `--no-{row.flag[2:]}`"

@@ -90,7 +90,7 @@ def add_option(group: argparse._ActionsContainer, row: Option) -> None:
             how["help"] = row.meaning if flag == row.flag else argparse.SUPPRESS
             group.add_argument(flag, nargs="+", action=_WavelengthList, metavar="NM", **how)
         return
-    words, places = _FORMATS[row.name]() if row.kind is Kind.FORMAT else row.words, row.value.split()
+    words, places = words_of(row), row.value.split()
     how |= {"choices": words} if words else {"metavar": row.value if len(places) == 1 else tuple(places)}
     how |= {"nargs": len(places)} if len(places) > 1 else {}
     how |= {"action": "append"} if row.repeats else {}
@@ -103,6 +103,11 @@ _FORMATS: dict[str, Callable[[], tuple[str, ...]]] = {
     "to": lambda: tuple(exports()),
 }
 """Words of the options that name a format."""
+
+
+def words_of(row: Option) -> tuple[str, ...]:
+    """The words of a choice; empty for another option."""
+    return _FORMATS[row.name]() if row.kind is Kind.FORMAT else row.words
 
 
 class _WavelengthList(argparse.Action):
