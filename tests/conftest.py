@@ -47,7 +47,7 @@ _LONG = """
     bits emit pages hosts damage numbers measured replicates field_axes polarisation plot backward cli_verify_scene
     commands patch_integrals light_matrix machine_faults interrupts two_runs jit slab verify readers_fuzz spectral_split
     cli_measured cli_tables mcpl aomc_light sky_plugin lobe_cells perez_emission cli_plot radiance_field cli_polarised
-    patches cli_dask cli_shards output_targets function_sky
+    patches cli_dask cli_shards output_targets function_sky spoilt_files
 """
 FIRST = tuple(f"test_{name}.py" for name in _LONG.split())
 """Files that take a worker five seconds or more: they come first, so that none is left with one of them at the end."""
