@@ -63,6 +63,15 @@ def test_plain_file_word_for_word():
     assert [part.number_density.text for part in plain.species] == [part.number_density.text for part in other.species]
 
 
+def test_a_section_without_spectra_may_stand_above_the_wavelengths(tmp_path):
+    text = PLAIN.read_text()
+    first, last = text.index("Scatterer"), text.index("Absorber")
+    path = changed(tmp_path, (text[first:last], ""), ("wavelengths:", f"{text[first:last]}wavelengths:"))
+    (air,) = read_atmo(path).scatterers
+    assert air.single_scattering_albedo.tolist() == [1.0] * 4
+    assert [part.name for part in read_atmo(path).species] == ["molecules", "ozone"]
+
+
 def test_every_key_is_named_and_kept():
     d = read_atmo(PLAIN.with_name("every_key.atmo"))
     assert tuple(d.sizes) == all_keys.SIZES

@@ -129,9 +129,10 @@ class Spoiler:
         self.lines[row] = f"{self.lines[row].partition(':')[0]}:{value}"
 
     def repeat(self):
-        """An entry once more, before or after itself."""
-        text = self.lines[self.one_of(self.entries())]
-        at = self.line()
+        """An entry once more with another digit, mostly below itself."""
+        row = self.one_of(self.entries())
+        text = re.sub("[0-9]", str(self.below(10)), self.lines[row], count=1 + self.below(2))
+        at = row + 1 if self.below(3) else self.line()
         self.lines[at:at] = [text]
 
     def change_case(self):
@@ -139,23 +140,36 @@ class Spoiler:
         text = self.lines[row]
         self.lines[row] = self.one_of([text.upper(), text.lower(), text.strip(), f"  {text}", f"{text} "])
 
-    def copy_section(self):
+    def sections(self):
+        """Where sections stand."""
         heads = [row for row, text in enumerate(self.lines) if text.startswith(("Scatterer", "Absorber"))]
-        if heads:
-            first = self.one_of(heads)
-            last = next((row for row in range(first, len(self.lines)) if self.lines[row].startswith("}")), first)
-            self.lines += self.lines[first : last + 1]
+        ends = (
+            next((row for row, text in enumerate(self.lines) if row > one and text.startswith("}")), one)
+            for one in heads
+        )
+        return [slice(first, last + 1) for first, last in zip(heads, ends, strict=True)]
+
+    def copy_section(self):
+        self.lines += self.lines[self.one_of(self.sections() or [slice(0)])]
 
 
 def spoilt(source, k):
-    """The text of a file, spoilt in the k-th way; the first is a code block below its wavelengths."""
+    """The text of a file, spoilt in the k-th way: first by a code block below its wavelengths, then by what is random.
+
+    In the second one the first section stands above them, where a scatterer may stand.
+    """
     name = source.relative_to(REPOSITORY).as_posix()
     spoiler = Spoiler(source.read_bytes().decode().split("\n"), f"{name} {k}")
-    if k:
+    at = next((row for row, text in enumerate(spoiler.lines) if text.startswith("wavelengths")), 0)
+    if k > 1:
         spoiler.spoil((1, 1, 2, 4)[k % 4])
+    elif k:
+        section = (spoiler.sections() or [slice(0)])[0]
+        block = spoiler.lines[section]
+        del spoiler.lines[section]
+        spoiler.lines[at:at] = block
     else:
-        rows = [row for row, text in enumerate(spoiler.lines) if text.startswith("wavelengths")] or [0]
-        spoiler.lines[rows[0] + 1 : rows[0] + 1] = BLOCK
+        spoiler.lines[at + 1 : at + 1] = BLOCK
     return "\n".join(spoiler.lines)
 
 
@@ -232,8 +246,9 @@ def check_description(found, caught, text):
     assert not any(row.flags.writeable for row in [found.wavelength_nm, *rows])
     assert np.all(np.diff(found.wavelength_nm) > 0)
     assert found.scatterers
+    lines, rest = text.split("\n"), re.sub(r"(?m)^\s*```\s*$[^`]*^\s*```\s*$", "", text)
+    assert len(re.findall(r"(?mi)^\s*(?:scatterer|absorber)\b", rest)) == len(found.species)
     assert len({one.name for one in found.species}) == len(found.species)
-    lines = text.split("\n")
     for one in found.species:
         for code in (one.number_density, getattr(one, "phase_function", None)):
             if isinstance(code, SourceText):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NoReturn
 
@@ -83,16 +83,18 @@ class Lines:
             value_span=self.span(self.at, value_column, max(len(value), 1)),
         )
 
-    def directive(self, text: str) -> Entry:
-        """The entry of a line without a colon that was read last."""
-        return self.entry(text, text.strip().lower(), "", _indent(text) + 1)
+    def read(self, text: str, keys: Mapping[str, Rule], directives: tuple[str, ...], word: str) -> Entry | None:
+        """The entry of the line that was read last, with the code block below it; or report what is no entry.
 
-    def key_and_value(self, text: str, keys: Iterable[str], directives: tuple[str, ...]) -> Entry | None:
-        """Split the line that was read last at its colon; or report its absence and return None."""
+        `word` is the line as a directive is compared with it.
+        """
+        if word in directives:
+            return self.entry(text, text.strip().lower(), "", _indent(text) + 1)
         parts = text.split(":")
         if len(parts) == 2:
             key, value = " ".join(parts[0].split()).lower(), parts[1].strip()
-            return self.entry(text, key, value, len(parts[0]) + 2 + (_indent(parts[1]) if value else 0))
+            column = len(parts[0]) + 2 + (_indent(parts[1]) if value else 0)
+            return _with_code(self, self.entry(text, key, value, column), keys.get(key))
         if len(parts) > 2:
             self.spoilt.add(" ".join(parts[0].split()).lower())
             message = f"{len(parts) - 1} colons in one line; a line is a key, a colon and a value"
@@ -119,12 +121,10 @@ def scan(lines: Lines) -> list[Entry | Section]:
     """Entries and sections of a whole file; its report gets every line that has no place in the grammar."""
     items: list[Entry | Section] = []
     while (text := lines.next()) is not None and not lines.report.is_full:
-        if text in DIRECTIVES:
-            items.append(lines.directive(text))
-        elif _SECTION_WORD.match(text.strip().lower()):
+        if _SECTION_WORD.match(text.strip().lower()):
             items.append(_section(lines, text))
-        elif (entry := lines.key_and_value(text, TOP_KEYS, DIRECTIVES)) is not None:
-            items.append(with_code(lines, entry, TOP_KEYS))
+        elif (entry := lines.read(text, TOP_KEYS, DIRECTIVES, word=text)) is not None:
+            items.append(entry)
     return items
 
 
@@ -172,7 +172,6 @@ def _end(lines: Lines, span: Span, message: str, *, advice: str, name: str = "")
 
 def _body(lines: Lines, head: Entry, kind: str) -> tuple[Entry, ...]:
     """Read up to the closing brace; if another section or the end of the file comes first, the reading ends."""
-    keys = SECTION_KEYS[kind]
     directives = (SCATTERER_DIRECTIVE,) if kind == "scatterer" else ()
     entries: list[Entry] = []
     while not lines.report.is_full:
@@ -183,16 +182,12 @@ def _body(lines: Lines, head: Entry, kind: str) -> tuple[Entry, ...]:
         if text.strip() == "}":
             # the tool wants the brace of an absorber alone in its line, and that of a scatterer first in it
             if not (text == "}" or (kind == "scatterer" and text.startswith("}"))):
-                brace, message = (
-                    lines.span(lines.at, text.index("}") + 1),
-                    "a blank or a comment next to the closing brace",
-                )
-                lines.report.at(brace, "E401", message, advice=_CLOSING)
+                brace, message = text.index("}") + 1, "a blank or a comment next to the closing brace"
+                lines.report.at(lines.span(lines.at, brace), "E401", message, advice=_CLOSING)
             break
-        if text.strip().lower() in directives:
-            entries.append(lines.directive(text))
-        elif (entry := lines.key_and_value(text, keys, directives)) is not None:
-            entries.append(with_code(lines, entry, keys))
+        entry = lines.read(text, SECTION_KEYS[kind], directives, word=text.strip().lower())
+        if entry is not None:
+            entries.append(entry)
     return tuple(entries)
 
 
@@ -201,9 +196,8 @@ def names_file(value: str) -> bool:
     return value == "file" or value.startswith("file ")
 
 
-def with_code(lines: Lines, entry: Entry, keys: Mapping[str, Rule]) -> Entry:
+def _with_code(lines: Lines, entry: Entry, rule: Rule | None) -> Entry:
     """Add the code block below an entry, if its key wants one or if there is one. Without a fence the reading ends."""
-    rule = keys.get(entry.key)
     wants_code = isinstance(rule, Code) and not (rule.or_table and names_file(entry.value))
     has_fence = lines.at < len(lines.lines) and _FENCE.match(lines.lines[lines.at]) is not None
     if not wants_code and not has_fence:

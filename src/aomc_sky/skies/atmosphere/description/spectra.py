@@ -34,12 +34,23 @@ _END = 70  #: Characters that are quoted of the begin, and of the end, of the co
 _WEIGHTED = re.compile(r"(weighted file\s+)(\S+)\s+(.*)\Z", re.DOTALL)
 
 
+Term = tuple[np.ndarray, float]
+"""What a list or a table adds to a spectrum, and to its luminance: 0 for what is no glow, or has no bins. [cd m-2]"""
+
+
+def is_weighted(value: str) -> bool:
+    """Whether a value is ``weighted file WEIGHT PATH``."""
+    return value.startswith("weighted file")
+
+
 @dataclass(kw_only=True, slots=True)
 class SpectrumReader:
     """Reads the spectra of one description, every table once."""
 
     path: str  #: Of the description
     allow_paths: Sequence[str | Path] = ()  #: Folders beside its own, below which tables may lie
+    has_wavelengths: bool = False  #: They were there, good or bad
+    wavelength_nm: np.ndarray | None = None  #: Those of the description, once they are read. [nm]
     problems: list[Problem] = field(default_factory=list)  #: Gets what is wrong inside the tables
     said: dict[str, str] = field(default_factory=dict)  #: Comments above the rows of tables, by their names
     _tables: dict[str, Spectrum | None] = field(default_factory=dict)
@@ -48,7 +59,7 @@ class SpectrumReader:
     _n_bytes: int = 0
     _n_references: int = 0
 
-    def term(self, text: str, rule: Spectral, wavelength_nm: np.ndarray | None) -> tuple[np.ndarray, float] | None:
+    def term(self, text: str, rule: Spectral) -> Term | None:
         """Read ``0.1, 0.2``, ``file PATH`` or ``weighted file WEIGHT PATH``: values on the wavelengths, and luminance.
 
         A bad table is reported and gives None.
@@ -56,8 +67,8 @@ class SpectrumReader:
         """
         if names_file(text):
             name = text[4:].strip()
-            return self._from_file(name, len(text) - len(name), 1.0, rule, wavelength_nm)
-        if text.startswith("weighted file"):
+            return self._from_file(name, len(text) - len(name), 1.0, rule)
+        if is_weighted(text):
             match = _WEIGHTED.match(text)
             if match is None:
                 raise BadValueError(
@@ -67,8 +78,8 @@ class SpectrumReader:
             if not abs(weight) <= MAX_VALUE:
                 message, advice = f"weight {quoted(match[2])} is too large", f"write -{MAX_VALUE:g} to {MAX_VALUE:g}"
                 raise BadValueError("E404", message, advice=advice, offset=match.start(2), width=len(match[2]))
-            return self._from_file(match[3], match.start(3), weight, rule, wavelength_nm)
-        values = _listed(text, rule)
+            return self._from_file(match[3], match.start(3), weight, rule)
+        values, wavelength_nm = _listed(text, rule), self.wavelength_nm
         if wavelength_nm is None:
             return None
         if len(values) != len(wavelength_nm):
@@ -82,13 +93,11 @@ class SpectrumReader:
         edges = np.append(wavelength_nm - half, wavelength_nm[-1] + half)
         return listed, luminance(np.repeat(edges, 2)[1:-1], np.repeat(listed, 2))
 
-    def _from_file(
-        self, name: str, offset: int, weight: float, rule: Spectral, wavelength_nm: np.ndarray | None
-    ) -> tuple[np.ndarray, float] | None:
+    def _from_file(self, name: str, offset: int, weight: float, rule: Spectral) -> Term | None:
         try:
             shown, real = self._found(name)
             table = self._table(shown, real)
-            if table is None or wavelength_nm is None:
+            if table is None or self.wavelength_nm is None:
                 return None
             if text := " ".join(" ".join(table.head).split()):
                 self.said[name] = f"{name}: {_both_ends(text)}"
@@ -97,16 +106,16 @@ class SpectrumReader:
                 raise BadValueError("E404", message, advice=_SAY_GAPS)
             if (least := table.value.min()) < -_NOISE * table.value.max():
                 raise BadValueError("E404", f"{quoted(name)}: {least:g} is below 0", advice=_SAY_GAPS)
-            _check_cover(name, table.wavelength_nm, wavelength_nm)
+            _check_cover(name, table.wavelength_nm, self.wavelength_nm)
         except BadValueError as problem:
             problem.offset, problem.width = offset, max(len(name), 1)
             raise
         if real not in self._means:
-            self._means[real] = bin_means(table, wavelength_nm)
+            self._means[real] = bin_means(table, self.wavelength_nm)
         glow = weight * luminance(table.wavelength_nm, table.value) if rule.is_glow else 0.0
         return weight * self._means[real], glow
 
-    def phase_table(self, text: str, wavelength_nm: np.ndarray | None) -> PhaseTable | None:
+    def phase_table(self, text: str) -> PhaseTable | None:
         """Read ``file PATH`` of a phase function; a bad table is reported and gives None."""
         name = text[4:].strip()
         try:
@@ -117,8 +126,8 @@ class SpectrumReader:
             except InputFileError as error:
                 self.problems.extend(error.problems)
                 return None
-            if table.wavelength_nm.size > 1 and wavelength_nm is not None:
-                _check_cover(name, table.wavelength_nm, wavelength_nm)
+            if table.wavelength_nm.size > 1 and self.wavelength_nm is not None:
+                _check_cover(name, table.wavelength_nm, self.wavelength_nm)
         except BadValueError as problem:
             problem.offset, problem.width = len(text) - len(name), max(len(name), 1)
             raise
