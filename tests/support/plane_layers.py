@@ -8,7 +8,7 @@ import numpy as np
 from aomc_sky.skies.atmosphere.eclipse import solve_order_one
 from aomc_sky.skies.atmosphere.lights import ground_beam
 from aomc_sky.skies.atmosphere.medium import Constituent, Medium
-from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_orders
+from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, summed_orders
 from tests.support.atmospheres import medium_of
 
 _THICKNESS_M = 100.0
@@ -31,12 +31,10 @@ class FlatSky:
     medium: Medium
     sun_zenith_rad: float
     sky_zenith_rad: np.ndarray
-    orders: DiffuseSky
-
-    @property
-    def irradiance_by_order(self):
-        """As `DiffuseSky` has it."""
-        return self.orders.irradiance_by_order
+    #: modes, irradiance_by_order, resolution_error: as `summed_orders` gives them
+    modes: np.ndarray
+    irradiance_by_order: np.ndarray
+    resolution_error: float
 
     @property
     def direct_irradiance(self):
@@ -71,12 +69,16 @@ def flat_medium(layers, albedo, n_orders):
 
 
 def solve_flat(medium, sun_zenith_rad, sky_zenith_rad, *, n_listed=1):
-    """`solve_orders`, with the medium beside its solution."""
+    """The orders of a medium, as many as it has, with the medium beside them."""
+    sun, zenith = float(sun_zenith_rad), np.minimum(sky_zenith_rad, 0.5 * np.pi)
+    modes, irradiance, error = summed_orders(medium, sun, zenith, medium.n_orders, n_listed=n_listed)
     return FlatSky(
         medium=medium,
-        sun_zenith_rad=float(sun_zenith_rad),
-        sky_zenith_rad=np.minimum(sky_zenith_rad, 0.5 * np.pi),
-        orders=solve_orders(medium, float(sun_zenith_rad), np.minimum(sky_zenith_rad, 0.5 * np.pi), n_listed=n_listed),
+        sun_zenith_rad=sun,
+        sky_zenith_rad=zenith,
+        modes=modes,
+        irradiance_by_order=irradiance,
+        resolution_error=error,
     )
 
 
@@ -85,19 +87,19 @@ def solve_layers(layers, albedo, sun_zenith_rad, sky_zenith_rad, *, n_orders=ALL
     return solve_flat(flat_medium(layers, albedo, n_orders), sun_zenith_rad, sky_zenith_rad, n_listed=n_listed)
 
 
-def later_orders(sky, azimuth_from_sun_rad):
+def later_orders(modes, azimuth_from_sun_rad):
     """Radiance of all orders from 2 on, shape (n_wl, n_zenith, n_azimuth)."""
-    return _sum_of_modes(sky, azimuth_from_sun_rad).sum(axis=1)
+    return _sum_of_modes(modes, azimuth_from_sun_rad).sum(axis=1)
 
 
 def by_order(sky, azimuth_from_sun_rad):
     """Radiance of orders 1, 2, ..., and of all later ones together, (n_wl, n_row + 1, ...)."""
     theta, phi = np.meshgrid(sky.sky_zenith_rad, azimuth_from_sun_rad, indexing="ij")
     once = solve_order_one(sky.medium, sky.sun_zenith_rad, theta.ravel(), phi.ravel())
-    later = _sum_of_modes(sky.orders, azimuth_from_sun_rad)
+    later = _sum_of_modes(sky.modes, azimuth_from_sun_rad)
     return np.concatenate([once.reshape(-1, 1, *theta.shape), later], axis=1)
 
 
-def _sum_of_modes(sky, azimuth_from_sun_rad):
-    cosines = np.cos(np.arange(sky.later_modes.shape[2])[:, None] * np.asarray(azimuth_from_sun_rad))
-    return sky.later_modes.swapaxes(2, 3) @ cosines
+def _sum_of_modes(modes, azimuth_from_sun_rad):
+    cosines = np.cos(np.arange(modes.shape[2])[:, None] * np.asarray(azimuth_from_sun_rad))
+    return modes.swapaxes(2, 3) @ cosines

@@ -10,8 +10,9 @@ from scipy.special import expn
 from aomc_sky.errors import UsageError
 from aomc_sky.skies.atmosphere.backward import path_tables, paths_result, solve_paths
 from aomc_sky.skies.atmosphere.lights import Moon
+from aomc_sky.skies.atmosphere.scattering_orders.diffuse import solve_orders
 from aomc_sky.skies.atmosphere.sky.path_orders import path_orders
-from aomc_sky.skies.atmosphere.sky.solve import later_orders, solve_sky
+from aomc_sky.skies.atmosphere.sky.solve import solve_sky
 from tests.support import atmospheres
 from tests.support.atmospheres import Layer, full, henyey_greenstein_phase, molecules_only
 from tests.support.plane_layers import Layers, by_order, solve_layers
@@ -190,7 +191,7 @@ RINGS = np.radians([10.0, 40.0, 65.0])
 def test_modes_are_those_of_successive_orders():
     medium, sun = molecules_only(450.0, 0.2), np.radians(40.0)
     paths = path_orders(medium, sun, RINGS, 6, n_listed=6)
-    exact = later_orders(medium, sun, RINGS, 6, n_listed=6)
+    exact = solve_orders(medium, sun, RINGS, 6, n_listed=6)
     assert paths.modes.shape[:2] == exact.modes.shape[:2] == (1, 5)
     np.testing.assert_allclose(paths.modes[:, :3, 0], exact.modes[:, :3, 0], rtol=0.05)
     assert 0.0 < paths.resolution_error < 0.03

@@ -36,22 +36,60 @@ ALL_ORDERS = 1000
 """From this many orders on all are meant, and the rest is added as a geometric series."""
 
 
-def solve_orders(
-    medium: Medium,
-    sun_zenith_rad: float,
-    sky_zenith_rad: np.ndarray,
-    *,
-    n_listed: int = 1,
-) -> DiffuseSky:
-    """Orders of scattering of a medium that scatters: sources by altitude, the beam and paths through spherical shells.
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LaterOrders:
+    """Orders 2 and up in some zenith angles, by paths or by successive orders."""
 
-    The medium's `n_orders` count exactly; ALL_ORDERS or more mean all. Orders after `n_listed` share the last row. With
-    order 1 from its own solver the sky's radiance is within 0.5 % for a sun above 10 degrees, 1.5 % at 5.
+    #: (n_wl, n_row, n_modes, n_zenith) series of orders 2, 3, ... in the azimuth. They are factors of cos(m phi), or as
+    #: `SkyField` has them where it is not mirrored. [W m-2 sr-1 nm-1]
+    modes: np.ndarray
+    truncation: np.ndarray  #: (n_wl,) estimated share of the sky's irradiance in the orders that do not count
+    #: Estimated error of cutting angles and depths, as a share of these orders; of paths the median standard error of
+    #: one direction
+    resolution_error: float
+    n_paths: int = 0  #: Paths of each direction and wavelength
+    #: (n_wl, n_zenith, n_azimuth) standard error of their sum in each direction that paths followed. [W m-2 sr-1 nm-1]
+    node_error: np.ndarray | None = None
+
+
+def solve_orders(
+    medium: Medium, sun_zenith_rad: float, sky_zenith_rad: np.ndarray, n_orders: int, *, n_listed: int
+) -> LaterOrders:
+    """Orders 2 to `n_orders` by successive orders, and what the orders above them would bring; something scatters.
+
+    The medium's own number of orders does not count. Orders from `n_listed` on, order 1 among those listed, share the
+    last row where more count. With order 1 from its own solver the sky's radiance is within 0.5 % for a sun above 10
+    degrees, 1.5 % at 5.
+    """
+    if n_orders <= n_listed:
+        modes, irradiance, error = summed_orders(medium, sun_zenith_rad, sky_zenith_rad, ALL_ORDERS, n_listed=n_orders)
+        modes, left, total = modes[:, :-1], irradiance[:, -1], irradiance.sum(axis=1)
+    else:
+        modes, irradiance, error = summed_orders(
+            medium, sun_zenith_rad, sky_zenith_rad, n_orders, n_listed=n_listed - 1
+        )
+        left = np.zeros(irradiance.shape[0])
+        if n_orders < ALL_ORDERS:  # by the ratio of the last two orders that are listed
+            before, last = irradiance[:, -3], irradiance[:, -2]
+            ratio = np.divide(last, before, out=np.zeros_like(last), where=before > 0)
+            left = last * ratio ** (n_orders - n_listed + 2) / np.maximum(1.0 - ratio, 1e-6)
+        total = irradiance.sum(axis=1) + left
+    truncation = np.divide(left, total, out=np.zeros_like(left), where=total > 0)
+    return LaterOrders(modes=modes, truncation=truncation, resolution_error=error)
+
+
+def summed_orders(
+    medium: Medium, sun_zenith_rad: float, sky_zenith_rad: np.ndarray, n_orders: int, *, n_listed: int
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Orders 2 to `n_orders`, ALL_ORDERS or more for all: sources by altitude, beam and paths through spherical shells.
+
+    Modes, as `LaterOrders` has them, of orders 2 to `n_listed` and of the sum of those after; the diffuse irradiance of
+    orders 1 to `n_listed` and of those after, (n_wl, n_listed + 1) [W m-2 nm-1]; and the resolution error.
     """
     columns, kinds, chosen = _resolved(medium, sun_zenith_rad)
     half = chosen.halved()
     fine, coarse = (
-        _View(medium, sun_zenith_rad, np.cos(sky_zenith_rad), each, at, min(n_listed, medium.n_orders))
+        _View(medium, sun_zenith_rad, np.cos(sky_zenith_rad), each, at, n_orders, n_listed)
         for each, at in ((chosen, columns), (half, ShellColumns(medium, half.n_element, sun_zenith_rad)))
     )
     rows = [fine.solved(row, kinds[row]) for row in counted(range(len(kinds)), "wavelength", len(kinds))]
@@ -59,10 +97,10 @@ def solve_orders(
     modes, light = np.stack([row for row, _ in rows]), medium.toa_irradiance
     listed = np.array([orders.irradiance[1:] for _, orders in rows])
     later = np.array([orders.irradiance_total for _, orders in rows]) - listed.sum(axis=1)
-    return DiffuseSky(
-        later_modes=light[:, None, None, None] * modes,
-        irradiance_by_order=light[:, None] * np.column_stack([listed, later]),
-        resolution_error=_difference(modes[thickest], coarse.solved(thickest, kinds[thickest])[0], chosen.ripple),
+    return (
+        light[:, None, None, None] * modes,
+        light[:, None] * np.column_stack([listed, later]),
+        _difference(modes[thickest], coarse.solved(thickest, kinds[thickest])[0], chosen.ripple),
     )
 
 
@@ -217,10 +255,12 @@ class _View:
         mu: np.ndarray,
         resolution: Resolution,
         columns: ShellColumns,
+        n_orders: int,
         n_listed: int,
     ) -> None:
         n = resolution.n_moments
-        self._medium, self._sun_zenith_rad, self._n_listed, self._n_moments = medium, sun_zenith_rad, n_listed, n
+        self._medium, self._sun_zenith_rad, self._n_moments = medium, sun_zenith_rad, n
+        self._last_order, self._n_listed = None if n_orders >= ALL_ORDERS else n_orders, n_listed
         self._angles = gauss_angles(resolution.n_mu, n)
         self._columns, self._paths = columns, ShellPaths(columns.grid, self._angles.mu, mu)
         self._tables = split_table(mu, n, n)
@@ -261,7 +301,7 @@ class _View:
             self._angles,
             float(np.cos(self._sun_zenith_rad + turn)),
             float(self._medium.ground_albedo[row]),
-            last_order=None if self._medium.n_orders >= ALL_ORDERS else self._medium.n_orders,
+            last_order=self._last_order,
             n_listed=n_listed,
         )
 
@@ -284,16 +324,3 @@ def _difference(fine: np.ndarray, coarse: np.ndarray, ripple: float) -> float:
     wrong = np.abs(change) / _GAIN_OF_DOUBLING + ripple * later.mean()
     lit = later > 0.0
     return float(np.max(wrong[lit] / later[lit], initial=0.0))
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class DiffuseSky:
-    """Radiance at the ground by orders, as cosine series of the azimuth."""
-
-    #: (n_wl, n_row, n_modes, n_zenith) factors of cos(m phi). Row k is order k + 2; the last row is the sum of all
-    #: orders after the listed ones. [W m-2 sr-1 nm-1]
-    later_modes: np.ndarray
-    #: (n_wl, n_row + 1) diffuse irradiance of orders 1, 2, ...; the last entry is the sum of the later ones. [W m-2
-    #: nm-1]
-    irradiance_by_order: np.ndarray
-    resolution_error: float  #: Estimated error of cutting angles, depths and moments, as a share of orders 2 and up

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from aomc_sky.skies.atmosphere.backward import PathsResult, path_tables, solve_p
 from aomc_sky.skies.atmosphere.lights import Moon, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers, unlit
 from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
+from aomc_sky.skies.atmosphere.scattering_orders.diffuse import LaterOrders
 from aomc_sky.skies.atmosphere.sky.solved import azimuth_nodes, to_azimuth_series
 
 N_AZIMUTH = 12
@@ -27,22 +27,6 @@ GLOW_PATHS = 32768
 """Paths of each zenith angle and wavelength."""
 
 _SEED = 1  # not that of the sun's paths
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class LaterOrders:
-    """Orders 2 and up in some zenith angles, by paths or by successive orders."""
-
-    #: (n_wl, n_row, n_modes, n_zenith) series of orders 2, 3, ... in the azimuth. They are factors of cos(m phi), or as
-    #: `SkyField` has them where it is not mirrored. [W m-2 sr-1 nm-1]
-    modes: np.ndarray
-    truncation: np.ndarray  #: (n_wl,) estimated share of the sky's irradiance in the orders that do not count
-    #: Estimated error of cutting angles and depths, as a share of these orders; of paths the median standard error of
-    #: one direction
-    resolution_error: float
-    n_paths: int = 0  #: Paths of each direction and wavelength
-    #: (n_wl, n_zenith, n_azimuth) standard error of their sum in each direction that paths followed. [W m-2 sr-1 nm-1]
-    node_error: np.ndarray | None = None
 
 
 def path_orders(

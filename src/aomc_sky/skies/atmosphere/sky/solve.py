@@ -19,14 +19,9 @@ from aomc_sky.skies.atmosphere.lights import Moon, ground_beam, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers, unlit
 from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.skies.atmosphere.order_one import scattering_cosine, with_phases
-from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, solve_orders
+from aomc_sky.skies.atmosphere.scattering_orders.diffuse import LaterOrders, solve_orders
 from aomc_sky.skies.atmosphere.sky.method import LOWEST_SUN_DEG, Lights, chosen_lights
-from aomc_sky.skies.atmosphere.sky.path_orders import (
-    LaterOrders,
-    glow_orders,
-    path_orders,
-    warn_of_under_sampling,
-)
+from aomc_sky.skies.atmosphere.sky.path_orders import glow_orders, path_orders, warn_of_under_sampling
 from aomc_sky.skies.atmosphere.sky.solved import (
     ExactOrderOne,
     SkyField,
@@ -56,34 +51,6 @@ ORDER_ONE_NODES_ECLIPSE = (48, 13)
 
 _LOWEST_OF_SERIES_DEG = 90.0
 """Zenith angle of the sun beyond which the shadow of the earth cuts paths, and a series of order 1 fails."""
-
-
-def later_orders(
-    medium: Medium, sun_zenith_rad: float, sky_zenith_rad: np.ndarray, n_orders: int, *, n_listed: int
-) -> LaterOrders:
-    """Orders 2 to `n_orders`, and what the orders above them would bring.
-
-    Orders from `n_listed` on, order 1 among those listed, share the last row where more count.
-    """
-    if n_orders <= n_listed:
-        everything = dataclasses.replace(medium, n_orders=ALL_ORDERS)
-        found = solve_orders(everything, sun_zenith_rad, sky_zenith_rad, n_listed=n_orders)
-        left = found.irradiance_by_order[:, -1]
-        total = found.irradiance_by_order.sum(axis=1)
-        truncation = np.divide(left, total, out=np.zeros_like(left), where=total > 0)
-        return LaterOrders(
-            modes=found.later_modes[:, :-1], truncation=truncation, resolution_error=found.resolution_error
-        )
-    limited = dataclasses.replace(medium, n_orders=n_orders)
-    found = solve_orders(limited, sun_zenith_rad, sky_zenith_rad, n_listed=n_listed - 1)
-    truncation = np.zeros(found.irradiance_by_order.shape[0])
-    if n_orders < ALL_ORDERS:  # by the ratio of the last two orders that are listed
-        before, last = found.irradiance_by_order[:, -3], found.irradiance_by_order[:, -2]
-        ratio = np.divide(last, before, out=np.zeros_like(last), where=before > 0)
-        rest = last * ratio ** (n_orders - n_listed + 2) / np.maximum(1.0 - ratio, 1e-6)
-        total = found.irradiance_by_order.sum(axis=1) + rest
-        np.divide(rest, total, out=truncation, where=total > 0)
-    return LaterOrders(modes=found.later_modes, truncation=truncation, resolution_error=found.resolution_error)
 
 
 def solve_sky(
@@ -170,7 +137,7 @@ def _later(
     if not np.any(vertical_optical_depth(medium)[:, scatterers(medium)] > 0.0):
         return None
     if lights.method == "sos":
-        return later_orders(medium, sun_zenith_rad, zenith, lights.n_orders, n_listed=n_rows)
+        return solve_orders(medium, sun_zenith_rad, zenith, lights.n_orders, n_listed=n_rows)
 
     def radiance(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
         return with_phases(medium, order_one.at(theta, phi), scattering_cosine(sun_zenith_rad, theta, phi))
