@@ -192,6 +192,12 @@ def appearing(target: Path) -> Iterator[BinaryIO]:
         raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
 
 
+def write_whole(target: Path, data: bytes) -> None:
+    """Write a file that appears when it is complete, as `appearing` does."""
+    with appearing(target) as file:
+        file.write(data)
+
+
 def _new_file(target: Path) -> tuple[BinaryIO, Path, bool]:
     """An unfinished file, open, and whether it is locked."""
     while True:

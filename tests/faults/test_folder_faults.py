@@ -16,6 +16,7 @@ import pytest
 from aomc_sky.cli.main import main
 from aomc_sky.outputs import run_folder
 from aomc_sky.outputs.run_folder import LOCK
+from aomc_sky.system import appearing
 from tests.support.fault_rows import command, row, row_id
 from tests.support.processes import end_by, start, stopped, whole_files_only
 from tests.support.scenes import run_bytes
@@ -141,13 +142,13 @@ def test_two_runs_into_one_folder_at_once(fault, amc, tmp_path):
 @row(43, "one-name-under-way-twice")
 def test_one_name_under_way_twice(fault, tmp_path):
     """Each process has a file of its own until it is whole; the last one to end holds."""
-    one, other = run_folder.RunFolder(tmp_path), run_folder.RunFolder(tmp_path)
-    with one.stream("counts.csv") as first:
+    counts = tmp_path / "counts.csv"
+    with appearing(counts) as first:
         first.write(b"1")
-        with other.stream("counts.csv") as second:
+        with appearing(counts) as second:
             second.write(b"2")
-        assert (tmp_path / "counts.csv").read_bytes() == b"2"
-    assert (tmp_path / "counts.csv").read_bytes() == b"1"
+        assert counts.read_bytes() == b"2"
+    assert counts.read_bytes() == b"1"
     assert len(list(tmp_path.iterdir())) == 1
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from aomc_sky import read_scene, write_run
-from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, SOURCE, format_of, photon_writer, run_formats
+from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, SOURCE, formats_of, photon_writer, run_formats
 from aomc_sky.outputs.run_folder import is_run_file
 from tests.support.fault_rows import command
 from tests.support.processes import in_environment
@@ -54,10 +54,11 @@ def test_every_file_of_a_format_is_known_by_its_name_and_to_one_format(double):
     source = read_scene(INPUTS / "document_example", iterations=10).source(seed=1)
     for name in PHOTON_FORMATS:
         for layout in photon_writer(name)(source).layouts((0,)):
-            assert (format_of(layout.name), is_run_file(layout.name)) == (name, True)
+            assert (formats_of([layout.name]), is_run_file(layout.name)) == ({layout.name: name}, True)
         for pattern in photon_writer(name).names:
-            assert [format_of(pattern.format(band)) for band in (1, 9999, 10_000)] == [name] * 3
-    assert [format_of(name) for name in ("photons-0001.double", "double", "plan.npz", "counts.csv")] == [None] * 4
+            files = [pattern.format(band) for band in (1, 9999, 10_000)]
+            assert formats_of(files) == dict.fromkeys(files, name)
+    assert formats_of(["photons-0001.double", "double", "plan.npz", "counts.csv"]) == {}
 
 
 def test_formats_that_a_run_offers(double):

@@ -26,7 +26,7 @@ from aomc_sky.engine.shards import (
 from aomc_sky.errors import AomcSkyError, OutputError
 from aomc_sky.extras import optional_module
 from aomc_sky.outputs.counts import chosen_bands
-from aomc_sky.outputs.photons.files import BLOCK, ChunkPool, Meter, Progress
+from aomc_sky.outputs.photons.files import BLOCK, ChunkPool, Meter, Progress, RunFiles
 from aomc_sky.outputs.run_folder import PLAN, RunFolder
 from aomc_sky.outputs.shard import Shard
 from aomc_sky.plan.plan import Plan
@@ -125,7 +125,7 @@ def _make_shard(folder: str, plan_sha256: str, shard: Shard) -> Sums:
     with run_folder.held(source.plan), ChunkPool(source, 1) as pool:
         # a lost worker may have made it
         sums = read_mark(source, run_folder, shard) or make_shard(pool, run_folder, shard)
-        if finished_manifest(source, run_folder, FORMATS) is not None:
+        if finished_manifest(RunFiles(source, run_folder), FORMATS) is not None:
             remove_rest(run_folder)  # a worker that the scheduler took for lost
     return sums
 

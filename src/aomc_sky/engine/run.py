@@ -31,13 +31,10 @@ from aomc_sky.outputs.photons.files import (
     Meter,
     PhotonFiles,
     Progress,
-    complete_formats,
+    RunFiles,
     emit_photons,
-    formats_in,
-    photon_files,
+    missing_files,
     require_space,
-    run_files,
-    stored_files,
     total_size,
 )
 from aomc_sky.outputs.run_folder import MANIFEST, PART, PLAN, RunFolder, check_folder, is_run_file
@@ -173,17 +170,17 @@ def run_job(
     folder, started = RunFolder(out), time.perf_counter()
     if not options.force:
         source = as_stored(source, folder)
-    writers = [photon_writer(name)(source) for name in options.formats if name not in ("none", SOURCE)]
-    files = photon_files(folder, writers, chosen_bands(source))
-    with folder.held(source.plan, force=options.force, n_bytes=total_size(files)):
-        manifest = finished_manifest(source, folder, options.formats)
+    files = RunFiles(source, folder)
+    chosen = [part for name in options.formats if name not in ("none", SOURCE) for part in files.of(name)]
+    with folder.held(source.plan, force=options.force, n_bytes=total_size(chosen)):
+        manifest = finished_manifest(files, options.formats)
         was_finished, emitted = manifest is not None, 0
         if manifest is None:
             if make is not None:
                 sums, emitted = make(source, folder, options, progress)
             else:
-                sums, emitted = make_photons(source, folder, files, options, progress)
-            manifest = finish_run(source, scene, folder, sums)
+                sums, emitted = make_photons(files, chosen, options, progress)
+            manifest = finish_run(files, scene, sums)
     return JobResult(
         bands=[BandResult(**band) for band in manifest["bands"]],
         seconds=time.perf_counter() - started,
@@ -207,35 +204,29 @@ def as_stored(source: PhotonSource, folder: RunFolder) -> PhotonSource:
 
 
 def make_photons(
-    source: PhotonSource,
-    folder: RunFolder,
-    files: Sequence[PhotonFiles],
-    options: JobOptions,
-    progress: Progress | None,
+    files: RunFiles, chosen: Sequence[PhotonFiles], options: JobOptions, progress: Progress | None
 ) -> tuple[Sums, int]:
     """Write the counts, and make the missing photon files on the threads of this process.
 
     A file with its final name and the right size is kept and not read. Its photons are made once more for their sums.
     """
-    bands, missing = chosen_bands(source), [part_files for part_files in files if part_files.missing]
+    source, missing = files.source, missing_files(chosen)
     require_space(missing)
-    write_counts(source, folder)
+    write_counts(source, files.folder)
     if SOURCE in options.formats:
-        folder.write(SOURCE_FILE, source.to_bytes())
-    if not files and not complete_formats(stored_files(source, folder, bands)):
-        return {band: PhotonSums(source.replicates) for band in bands}, 0
-    return emit_photons(source, missing, bands, options.threads, progress), source.total
+        files.folder.write(SOURCE_FILE, source.to_bytes())
+    if not chosen and not {*files.stored()[0]} - {SOURCE}:
+        return {band: PhotonSums(source.replicates) for band in files.bands}, 0
+    return emit_photons(source, missing, files.bands, options.threads, progress), source.total
 
 
-def finish_run(source: PhotonSource, scene: Scene, folder: RunFolder, sums: Sums) -> dict[str, Any]:
+def finish_run(files: RunFiles, scene: Scene, sums: Sums) -> dict[str, Any]:
     """Write the manifest, and remove temporary files. Every process writes the same bytes."""
-    bands = chosen_bands(source)
-    results = [band_result(source, band, sums[band]) for band in bands]
-    stored = stored_files(source, folder, bands)
-    manifest = build_manifest(source, scene_part(scene), results, formats_in(folder, stored), run_files(folder, stored))
+    results = [band_result(files.source, band, sums[band]) for band in files.bands]
+    manifest = build_manifest(files.source, scene_part(scene), results, *files.stored())
     data = manifest_bytes(manifest)
-    folder.write(MANIFEST, data)
-    remove_rest(folder)
+    files.folder.write(MANIFEST, data)
+    remove_rest(files.folder)
     return dict(json.loads(data))  # as a later call reads it
 
 
@@ -256,24 +247,24 @@ def write_counts(source: PhotonSource, folder: RunFolder) -> None:
             folder.remove(other)
 
 
-def finished_manifest(source: PhotonSource, folder: RunFolder, formats: Sequence[str]) -> dict[str, Any] | None:
+def finished_manifest(files: RunFiles, formats: Sequence[str]) -> dict[str, Any] | None:
     """The manifest of a run that has all files of these formats, or None if work is left.
 
     No photon is read: counts, sizes of files, and all that the manifest says besides means over photons, are compared.
     """
+    folder = files.folder
     if folder.size_of(MANIFEST) is None:
         return None
     try:
         manifest = read_manifest(folder.path / MANIFEST)
     except InputFileError:
         return None
-    stored = stored_files(source, folder, chosen_bands(source))
-    complete, files = formats_in(folder, stored), run_files(folder, stored)
-    expected = manifest_again(source, manifest, {}, complete, files)
+    complete, stored = files.stored()
+    expected = manifest_again(files.source, manifest, {}, complete, stored)
     if not {*formats} - {"none"} <= {*complete} or next(differences(manifest, expected), None):
         return None
-    name, counts = counts_file(source)
-    if [one for one in COUNTS_FILES if one in files] != [name]:
+    name, counts = counts_file(files.source)
+    if [one for one in COUNTS_FILES if one in stored] != [name]:
         return None
     with folder.reading(name) as file:
         found = file.read(len(counts) + 1)

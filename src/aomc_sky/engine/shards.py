@@ -24,7 +24,7 @@ from aomc_sky.engine.run import (
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import chosen_bands
-from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress, block_spans
+from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress, RunFiles, block_spans
 from aomc_sky.outputs.photons.npy import NpyWriter
 from aomc_sky.outputs.run_folder import PART, RunFolder
 from aomc_sky.outputs.shard import Shard, marks_among
@@ -57,8 +57,9 @@ def run_shard(
     folder, started, emitted = RunFolder(out), time.perf_counter(), 0
     source = as_stored(source, folder)
     missing: list[Shard] = []
+    files = RunFiles(source, folder)
     with folder.held(source.plan):
-        manifest = finished_manifest(source, folder, FORMATS)
+        manifest = finished_manifest(files, FORMATS)
         was_finished = manifest is not None
         if manifest is None:
             drop_stale_marks(source, folder)
@@ -69,8 +70,8 @@ def run_shard(
             sums, missing = marked_sums(source, folder, shard.count)
             if not missing:
                 finish_files(source, folder)
-                manifest = finish_run(source, scene, folder, sums)
-            elif (manifest := finished_manifest(source, folder, FORMATS)) is not None:
+                manifest = finish_run(files, scene, sums)
+            elif (manifest := finished_manifest(files, FORMATS)) is not None:
                 missing = []
         if manifest is not None:
             remove_rest(folder)  # another process finished the run, or was killed at its last step

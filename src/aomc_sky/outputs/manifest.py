@@ -15,7 +15,7 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import OutputError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.counts import chosen_bands
-from aomc_sky.outputs.photon_formats import columns_of, format_of
+from aomc_sky.outputs.photon_formats import columns_of
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.plan.plan import OTHER_PROCESSOR
 from aomc_sky.plan.streams import STREAM_VERSION
@@ -67,10 +67,10 @@ def build_manifest(
     scene_entries: Mapping[str, Any],
     bands: Sequence[BandResult],
     formats: Sequence[str],
-    files: Mapping[str, int],
+    files: Mapping[str, tuple[int, str]],
     version: str = aomc_sky.__version__,
 ) -> dict[str, Any]:
-    """The manifest; `scene_entries` comes from `scene_part`, `files` have their sizes. [bytes]"""
+    """The manifest; `scene_entries` comes from `scene_part`, `files` have their sizes and formats. [bytes]"""
     options = source.plan.options
     sampling = ("method", "allocation", "placement", "order", "precision", "weights")
     return {
@@ -93,9 +93,9 @@ def build_manifest(
         "total": sum(band.launched for band in bands),
         "files": {
             name: {"bytes": size, "numbers": RAW_NUMBERS, "columns": list(columns_of(source))}  # it has no head
-            if format_of(name) == "raw"
+            if format_of_file == "raw"
             else {"bytes": size}
-            for name, size in sorted(files.items())
+            for name, (size, format_of_file) in sorted(files.items())
         },
     }
 
@@ -110,7 +110,7 @@ def manifest_again(
     found: Mapping[str, Any],
     sums: Mapping[int, PhotonSums],
     formats: Sequence[str],
-    files: Mapping[str, int],
+    files: Mapping[str, tuple[int, str]],
 ) -> dict[str, Any]:
     """A manifest as it follows from the plan. The part of the scene, and photons without sums, are those found."""
     bands, stored = chosen_bands(source), {band["waveband"]: band for band in found["bands"]}

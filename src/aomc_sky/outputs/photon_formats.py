@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -40,9 +41,22 @@ def photon_writer(name: str) -> Any:
     return getattr(import_module(module), attribute)
 
 
-def format_of(file_name: str) -> str | None:
-    """The photon format whose files have such a name."""
-    return next((name for name in PHOTON_FORMATS if _pattern(photon_writer(name).names).fullmatch(file_name)), None)
+def photon_names(name: str) -> tuple[str, ...]:
+    """Names of the files of a photon format, as `PhotonWriter.names` has them."""
+    return tuple(photon_writer(name).names)
+
+
+def formats_of(file_names: Iterable[str]) -> dict[str, str]:
+    """Of those names that a file of photons has: its format. Formats behind the last one are not imported."""
+    left: set[str] = {*file_names}
+    found: dict[str, str] = {}
+    for name in PHOTON_FORMATS:
+        own = {file for file in left if _pattern(photon_names(name)).fullmatch(file)}
+        found |= dict.fromkeys(own, name)
+        left -= own
+        if not left:
+            break
+    return found
 
 
 @cache

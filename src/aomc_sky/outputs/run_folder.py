@@ -16,7 +16,6 @@ import shutil
 import stat
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
 from typing import BinaryIO
@@ -25,14 +24,13 @@ import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, UsageError
 from aomc_sky.outputs.counts import table_version
-from aomc_sky.outputs.photon_formats import WAVEBAND, format_of
+from aomc_sky.outputs.photon_formats import WAVEBAND, formats_of
 from aomc_sky.plan.plan import Plan
 from aomc_sky.system import (
     EXCLUSIVE,
     HAS_LOCKS,
     NON_BLOCKING,
     SHARED,
-    appearing,
     drop_leftovers,
     flock,
     open_handle,
@@ -40,6 +38,7 @@ from aomc_sky.system import (
     read_at,
     sync_folder,
     write_at,
+    write_whole,
 )
 
 PLAN = "plan.npz"
@@ -53,13 +52,18 @@ _OTHERS = re.compile(
 """Files that hold no photons; the last is of version 0.2."""
 
 
+def run_files_among(names: Iterable[str]) -> set[str]:
+    """Those of these names that a file of a run has."""
+    given = {*names}
+    others = {name for name in given if _OTHERS.fullmatch(name)}
+    formats = formats_of(name.removesuffix(PART) for name in given - others)
+    filled = {name for name, key in formats.items() if key == "npy"}  # shards are npy
+    return others | {name for name in given if name in formats or name.removesuffix(PART) in filled}
+
+
 def is_run_file(name: str) -> bool:
     """Whether this is the name of a file of a run."""
-    if _OTHERS.fullmatch(name) is not None:
-        return True
-    if name.endswith(PART):  # shards are npy
-        return format_of(name.removesuffix(PART)) == "npy"
-    return format_of(name) is not None
+    return bool(run_files_among([name]))
 
 
 LOCK = ".aomc-sky.lock"
@@ -226,8 +230,8 @@ class RunFolder:
                 raise ForeignOutputError(f"{self.path} holds another run (another scene, seed or options); {advice}")
         elif self.size_of(PLAN) is not None:
             if not _is_our_plan(stored):
-                raise UsageError(f"{stored} is no plan of aomc-sky, so --force keeps it", "choose another --out")
-            others = {*filter(is_run_file, names)} - {MANIFEST, PLAN}
+                raise UsageError(f"{stored} is no plan of aomc-sky, so --force keeps it; choose another --out")
+            others = run_files_among(names) - {MANIFEST, PLAN}
             self.require_space(n_bytes - sum(map(self.space_of, others)))
             for part in ([MANIFEST], sorted(others), [PLAN]):  # without its plan no file would be known as ours
                 self.remove(*part)
@@ -240,6 +244,10 @@ class RunFolder:
         """Names in the folder, in any order."""
         with _reported("list", self.path):
             return os.listdir(self.path)
+
+    def photon_names(self) -> list[str]:
+        """Names in the folder that may be those of photons."""
+        return [name for name in self.names() if not (name.startswith(".") or _OTHERS.fullmatch(name))]
 
     def remove(self, *names: str) -> None:
         """Remove files that exist. They are gone from the disk too when this returns."""
@@ -285,19 +293,16 @@ class RunFolder:
 
     def holds(self, name: str, head: bytes, size: int) -> bool:
         """Whether there is a finished file with this head and this length. [bytes]"""
-        if self.size_of(name) != size:
-            return False
+        return self.size_of(name) == size and self.begins(name, head)
+
+    def begins(self, name: str, head: bytes) -> bool:
+        """Whether a finished file begins with these bytes."""
         with self.reading(name) as file:
             return file.read(len(head)) == head
 
     def write(self, name: str, data: bytes) -> None:
         """Write a file atomically."""
-        with self.stream(name) as file:
-            file.write(data)
-
-    def stream(self, name: str) -> AbstractContextManager[BinaryIO]:
-        """Open a file that gets its name if the block ends without an error, and is removed otherwise."""
-        return appearing(self.path / name)
+        write_whole(self.path / name, data)
 
     def reserve(self, name: str, head: bytes, size: int) -> None:
         """Make a file that several processes fill in any order. [bytes]"""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -14,9 +14,9 @@ import numpy as np
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import OutputError
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands, counts_file, in_columns_of, table_version
+from aomc_sky.outputs.counts import COUNTS_FILES, counts_file, in_columns_of, table_version
 from aomc_sky.outputs.manifest import differences, manifest_again, scene_part
-from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, SOURCE, SOURCE_FILE, format_of, photon_writer
+from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, SOURCE, SOURCE_FILE, formats_of
 from aomc_sky.outputs.photons.files import (
     BLOCK,
     ChunkPool,
@@ -25,11 +25,9 @@ from aomc_sky.outputs.photons.files import (
     PhotonFiles,
     PhotonRows,
     Progress,
+    RunFiles,
     Target,
     block_spans,
-    photon_files,
-    run_files,
-    stored_files,
 )
 from aomc_sky.outputs.run_folder import MANIFEST, RunFolder, os_error
 from aomc_sky.outputs.statistics import PhotonSums
@@ -59,33 +57,34 @@ def verify_run(
     0 to 1. These blocks are drawn by `seed`, at least one of each waveband unless `resample` is 0. The function
     `progress` is called with photons done and photons in all.
     """
-    folder, all_bands = RunFolder(path), chosen_bands(source)
+    files = RunFiles(source, RunFolder(path))
+    folder, stored = files.folder, files.stored_formats()
     formats = [name for name in PHOTON_FORMATS if name in manifest["options"]["formats"]]
     listed = [*formats, *(name for name in manifest["options"]["formats"] if name == SOURCE)]
     sums: dict[int, PhotonSums] = {}
     compared = [
         _ComparedFiles(folder, part, is_listed=name in formats)
         for name in PHOTON_FORMATS
-        if name in {*formats, *stored_files(source, folder, all_bands)}
-        for part in photon_files(folder, [photon_writer(name)(source)], all_bands)
+        if name in {*formats, *stored}
+        for part in files.of(name)
         if not {*part.bands}.isdisjoint(bands)
     ]
     with ExitStack() as stack, ChunkPool(source, threads) as pool:
-        shared = [stack.enter_context(files.opened()) for files in compared if len(files.part.bands) > 1]
+        shared = [stack.enter_context(one.opened()) for one in compared if len(one.part.bands) > 1]
         spans = {band: _chosen_blocks(source, band, resample, seed) for band in bands if compared}
         meter = Meter(progress, sum(stop - start for band_spans in spans.values() for start, stop in band_spans))
         announce_photons(meter.total)
         for band, band_spans in spans.items():
             with ExitStack() as opened:
-                own = [opened.enter_context(files.opened()) for files in compared if files.part.bands == (band,)]
+                own = [opened.enter_context(one.opened()) for one in compared if one.part.bands == (band,)]
                 sums[band] = pool.emit(band, [*own, *shared], meter.add, band_spans)
     checks = [
         _counts_file_check(folder, source),
         *_source_file_checks(folder, source, is_listed=SOURCE in manifest["options"]["formats"]),
         *_counts_checks(source, bands),
-        *(check for files in compared for check in files.checks),
-        *_stray_checks(folder, source, formats),
-        _manifest_check(folder, source, manifest, sums if resample == 1 else {}, listed),
+        *(check for one in compared for check in one.checks),
+        *_stray_checks(files, {*formats, *stored}),
+        _manifest_check(files, manifest, sums if resample == 1 else {}, listed),
     ]
     notes = [f"blocks to make again were drawn with --seed {seed}"] if compared and 0 < resample < 1 else []
     return judged(checks, family_level=FAMILY_LEVEL, notes=notes)
@@ -205,14 +204,11 @@ def _counts_file_check(folder: RunFolder, source: PhotonSource) -> Check:
     return Check(name="counts file", passed=False, detail=f"{name} differs from the plan, from line {line} on")
 
 
-def _stray_checks(folder: RunFolder, source: PhotonSource, formats: Sequence[str]) -> Iterator[Check]:
+def _stray_checks(files: RunFiles, formats: Iterable[str]) -> Iterator[Check]:
     """A photon file that the plan does not make is left from another run."""
-    bands = chosen_bands(source)
-    writers = [photon_writer(name)(source) for name in {*formats, *stored_files(source, folder, bands)}]
-    own = {layout.name for part in photon_files(folder, writers, bands) for layout in part.layouts}
-    for name in sorted({*folder.names()} - own):
-        if format_of(name) is not None:
-            yield Check(name="photons", passed=False, is_foreign=True, detail=f"{name}: this run makes no such file")
+    own = {layout.name for name in formats for part in files.of(name) for layout in part.layouts}
+    for name in sorted(formats_of({*files.folder.photon_names()} - own)):
+        yield Check(name="photons", passed=False, is_foreign=True, detail=f"{name}: this run makes no such file")
 
 
 def _source_file_checks(folder: RunFolder, source: PhotonSource, *, is_listed: bool) -> Iterator[Check]:
@@ -230,18 +226,13 @@ def _source_file_checks(folder: RunFolder, source: PhotonSource, *, is_listed: b
 
 
 def _manifest_check(
-    folder: RunFolder,
-    source: PhotonSource,
-    found: dict[str, Any],
-    sums: Mapping[int, PhotonSums],
-    formats: Sequence[str],
+    files: RunFiles, found: dict[str, Any], sums: Mapping[int, PhotonSums], formats: Sequence[str]
 ) -> Check:
     """Build the manifest again from the plan and compare it.
 
     The part of the scene is taken from the manifest, and so are means over photons that were not all made again.
     """
-    files = run_files(folder, stored_files(source, folder, chosen_bands(source)))
-    wrong = list(differences(found, manifest_again(source, found, sums, formats, files)))
+    wrong = list(differences(found, manifest_again(files.source, found, sums, formats, files.stored()[1])))
     detail = named(wrong) if wrong else f"{MANIFEST} agrees with the plan and the files"
     return Check(name="manifest", passed=not wrong, detail=detail)
 
@@ -301,7 +292,7 @@ def statistics_of_run(
     threads: int = 0,
 ) -> VerifyReport:
     """Test the directions of a run with stored photons; they are made from the plan, as `verify_run` compares files."""
-    if not stored_files(source, RunFolder(path), bands):
+    if not RunFiles(source, RunFolder(path), bands).stored_formats():
         notes = ["directions were not tested: the run stores no photons"]
         return judged([], family_level=family_level, notes=notes)
     announce_photons(sum(source.n_photons(band) for band in bands))

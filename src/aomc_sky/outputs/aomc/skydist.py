@@ -29,7 +29,7 @@ from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.plan.allocation import AllocationMethod, allocate
 from aomc_sky.skies.tabulated import aomc_weight
 from aomc_sky.source.scene import Scene
-from aomc_sky.system import open_regular
+from aomc_sky.system import appearing, open_regular
 from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index
 
 _FIRST_COLUMN, _ITERATIONS_END = 48, 60
@@ -197,7 +197,7 @@ def write_aomc_folder(sky: AomcSky, folder: RunFolder, amc_inp: Path | None) -> 
         return names
     others = sorted(p for p in amc_inp.parent.glob("*.inp") if p.is_file() and p.name not in _LEFT_OUT)
     for path in others:
-        with folder.stream(path.name) as target, open_regular(path) as source:
+        with appearing(folder.path / path.name) as target, open_regular(path) as source:
             shutil.copyfileobj(source, target)
     write_amc_copy(amc_inp, folder.path / "amc.inp", sky.iterations)
     return [*names, "amc.inp", *(p.name for p in others)]

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import accumulate, chain
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -22,11 +22,11 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.counts import COUNTS_FILES
-from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, SOURCE, SOURCE_FILE, photon_writer
+from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands
+from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, SOURCE, SOURCE_FILE, photon_names, photon_writer
 from aomc_sky.outputs.run_folder import PLAN, RunFolder, os_error
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums, photon_sums
-from aomc_sky.system import n_cpus, write_at
+from aomc_sky.system import appearing, n_cpus, write_at
 
 if TYPE_CHECKING:
     from aomc_sky.formats.mcpl.header import McplHeader
@@ -126,13 +126,14 @@ class PhotonFiles:
     def __init__(self, folder: RunFolder, writer: PhotonWriter, bands: tuple[int, ...]) -> None:
         self.writer, self.bands, self.folder = writer, bands, folder
         self.layouts = writer.layouts(bands)
+        self.is_written = False  #: whether `writing` has made them
         rows = accumulate((writer.source.n_photons(band) for band in bands[:-1]), initial=0)
         self._rows_before = dict(zip(bands, rows, strict=False))
 
     @cached_property
     def missing(self) -> list[FileLayout]:
         """Files that do not exist. They are looked for once, since a name appears only when its file is complete."""
-        return [file for file in self.layouts if not self.folder.holds(file.name, file.head, file.size)]
+        return _missing(self.folder, self.layouts)
 
     def offset(self, layout: FileLayout, band: int, photon: int) -> int:
         """Position of a photon in a file. [bytes]"""
@@ -144,11 +145,12 @@ class PhotonFiles:
         with contextlib.ExitStack() as stack:
             handles: list[int | None] = []
             for layout in self.layouts:
-                file = stack.enter_context(self.folder.stream(layout.name))
+                file = stack.enter_context(appearing(self.folder.path / layout.name))
                 file.write(layout.head)
                 file.flush()
                 handles.append(file.fileno())
             yield partial(self._put, handles)
+        self.is_written = True
 
     def reserve(self) -> None:
         """Make the missing files at full size, for shards to fill."""
@@ -178,30 +180,74 @@ def photon_files(folder: RunFolder, writers: Iterable[PhotonWriter], bands: Sequ
     return [PhotonFiles(folder, writer, part) for writer in writers for part in writer.parts(bands)]
 
 
-def stored_files(source: PhotonSource, folder: RunFolder, bands: Sequence[int]) -> dict[str, list[PhotonFiles]]:
-    """Photon files of each format that has at least one file in the run folder."""
-    names = {*folder.names()}
-    return {
-        key: photon_files(folder, [photon_writer(key)(source)], bands)
-        for key in PHOTON_FORMATS
-        if not names.isdisjoint(photon_writer(key).names[0].format(band + 1) for band in bands)
-    }
+def _missing(folder: RunFolder, layouts: Sequence[FileLayout]) -> list[FileLayout]:
+    """The files among these that do not exist."""
+    sizes = folder.sizes_of(layout.name for layout in layouts)
+    return [one for one in layouts if sizes.get(one.name) != one.size or not folder.begins(one.name, one.head)]
 
 
-def complete_formats(stored: Mapping[str, list[PhotonFiles]]) -> list[str]:
-    """Formats of which a run folder holds every file; `stored` comes from `stored_files`."""
-    return [name for name, files in stored.items() if not any(part.missing for part in files)]
+def missing_files(files: Sequence[PhotonFiles]) -> list[PhotonFiles]:
+    """Those of a folder of which a file does not exist."""
+    missing = {file.name for file in _missing(files[0].folder, _layouts(files))} if files else set()
+    return [part for part in files if any(layout.name in missing for layout in part.layouts)]
 
 
-def formats_in(folder: RunFolder, stored: Mapping[str, list[PhotonFiles]]) -> list[str]:
-    """`complete_formats`, and the source file if it is there."""
-    return [*complete_formats(stored), *([SOURCE] if folder.size_of(SOURCE_FILE) is not None else [])]
+def _layouts(files: Sequence[PhotonFiles]) -> list[FileLayout]:
+    return [layout for part in files for layout in part.layouts]
 
 
-def run_files(folder: RunFolder, stored: Mapping[str, list[PhotonFiles]]) -> dict[str, int]:
-    """Sizes of the files in a run folder; their names follow from the plan. [bytes]"""
-    names = [layout.name for files in stored.values() for part in files for layout in part.layouts]
-    return folder.sizes_of([PLAN, SOURCE_FILE, *COUNTS_FILES, *names])
+class StoredFile(NamedTuple):
+    """A file in a run folder."""
+
+    size: int  #: [bytes]
+    format: str = ""  #: of its photons; empty where it holds none
+
+
+class RunFiles:
+    """The photon files of a run in its folder: each writer and each layout is made once.
+
+    `bands` are those of the run unless they are given. [0-based]
+    """
+
+    def __init__(self, source: PhotonSource, folder: RunFolder, bands: Sequence[int] | None = None) -> None:
+        self.source, self.folder = source, folder
+        self.bands = chosen_bands(source) if bands is None else bands
+        self._made: dict[str, list[PhotonFiles]] = {}
+
+    def of(self, name: str) -> list[PhotonFiles]:
+        """The files of a format, whether they exist or not."""
+        if name not in self._made:
+            self._made[name] = photon_files(self.folder, [photon_writer(name)(self.source)], self.bands)
+        return self._made[name]
+
+    def stored_formats(self) -> list[str]:
+        """Formats of which the folder has at least one file now; others are not imported."""
+        left, found = {*self.folder.photon_names()}, []
+        for name in PHOTON_FORMATS:
+            if not left:
+                break
+            first, *others = ({pattern.format(band + 1) for band in self.bands} for pattern in photon_names(name))
+            if not left.isdisjoint(first):
+                found.append(name)
+            left.difference_update(first, *others)
+        return found
+
+    def stored(self) -> tuple[list[str], dict[str, StoredFile]]:
+        """Formats that the folder holds completely now, and all files of the run in it by name.
+
+        Their names follow from the plan. The heads of files that were made here are not read again.
+        """
+        parts = {name: self.of(name) for name in self.stored_formats()}
+        format_of_file = {layout.name: name for name, files in parts.items() for layout in _layouts(files)}
+        sizes = self.folder.sizes_of([PLAN, SOURCE_FILE, *COUNTS_FILES, *format_of_file])
+
+        def is_there(part: PhotonFiles) -> bool:
+            has_sizes = all(sizes.get(layout.name) == layout.size for layout in part.layouts)
+            return has_sizes and (part.is_written or not _missing(self.folder, part.layouts))
+
+        complete = [name for name, files in parts.items() if all(map(is_there, files))]
+        complete += [SOURCE] * (SOURCE_FILE in sizes)
+        return complete, {name: StoredFile(size, format_of_file.get(name, "")) for name, size in sizes.items()}
 
 
 def stacked(batch: PhotonBatch) -> np.ndarray:
@@ -307,7 +353,7 @@ class ChunkPool:
 
 def total_size(files: Sequence[PhotonFiles]) -> int:
     """Size of all the files. [bytes]"""
-    return sum(layout.size for f in files for layout in f.layouts)
+    return sum(layout.size for layout in _layouts(files))
 
 
 def require_space(files: Sequence[PhotonFiles]) -> None:
