@@ -7,7 +7,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.outputs.statistics import PhotonSums, photon_sums, scalar_has_variance, standard_error
+from aomc_sky.outputs.statistics import PhotonSums, photon_sums, scalars_have_variance, standard_error
 
 GRID = sky.PatchGrid.regular(4, 6)
 VALUES = np.random.default_rng(3).lognormal(0.0, 1.0, (1, GRID.n_patches))
@@ -123,7 +123,9 @@ def test_photons_with_weights():
 
 
 def has_variance(*parts, **options):
-    return scalar_has_variance(sky.Scene(wavebands=[500.0], n_photons=10, components=parts).source(**options).plan, 0)
+    plan = sky.Scene(wavebands=[500.0], n_photons=10, components=parts).source(**options).plan
+    (found,) = scalars_have_variance(plan, [0])
+    return found
 
 
 def test_which_skies_have_a_variance_of_scalar_irradiance():

@@ -6,8 +6,8 @@ them, and they turn planar into scalar irradiance.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -24,10 +24,11 @@ class Moments:
     mean_mu: float  #: mean cosine of the zenith angle of launched photons [0 to 1; NaN without light]
     mean_inverse_mu: float  #: scalar over planar irradiance of flux-law photons [1 to inf]
 
-    @property
-    def planar_over_scalar(self) -> float:
-        """Ed / Eo = 1 / mean(1 / mu), 0 where the mean of 1 / mu diverges."""
-        return 1.0 / self.mean_inverse_mu
+    #: Ed / Eo = 1 / mean(1 / mu), 0 where the mean of 1 / mu diverges
+    planar_over_scalar: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "planar_over_scalar", 1.0 / self.mean_inverse_mu)
 
 
 def cell_moments(components: tuple[Component, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -48,6 +49,11 @@ def mean_moments(mass: np.ndarray, mean_mu: np.ndarray, mean_inverse_mu: np.ndar
     # sums of numpy: a product of BLAS wakes its threads, and has other last digits with another number of them
     mu, inverse = (float(np.sum(share * moment[lit])) for moment in (mean_mu, mean_inverse_mu))
     return Moments(mean_mu=mu, mean_inverse_mu=inverse)
+
+
+def moments_of_rows(masses: Iterable[np.ndarray], mean_mu: np.ndarray, mean_inverse_mu: np.ndarray) -> list[Moments]:
+    """`mean_moments` of several masses of the same cells."""
+    return [mean_moments(mass, mean_mu, mean_inverse_mu) for mass in masses]
 
 
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import operator
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ import numpy as np
 import aomc_sky
 from aomc_sky.component import Component, Law
 from aomc_sky.emission.emitter import Emitter
-from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments
+from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments, moments_of_rows
 from aomc_sky.emission.photons import MAX_NUMBERS, Arrays, Photon, PhotonBatch, batch_arrays
 from aomc_sky.float_mode import in_default_mode, require_default
 from aomc_sky.grid import PatchGrid
@@ -57,7 +57,7 @@ class PhotonSource:
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
-        self._n_bands, self._replicates = plan.n_bands, plan.replicates
+        self._n_bands = plan.n_bands
         self._emitter = Emitter(plan)
         self._stokes_of_row: dict[int, np.ndarray] = {}  # q and u of those that were asked for, float32 (2, n_cell)
 
@@ -107,12 +107,17 @@ class PhotonSource:
 
     def n_photons(self, band: int) -> int:
         """Photons launched in a band."""
-        return int(self._first[self._band(band), -1])
+        return self.launched[self._band(band)]
 
-    @property
+    @cached_property
+    def launched(self) -> tuple[int, ...]:
+        """Photons launched in each band."""
+        return tuple(self._first[:, -1].tolist())
+
+    @cached_property
     def replicates(self) -> int:
         """Independent randomisations that share the photons of each band, one after the other."""
-        return self._replicates
+        return self.plan.replicates
 
     def replicate_range(self, band: int, replicate: int) -> tuple[int, int]:
         """Photons [start, stop) of a band that make one replicate.
@@ -152,7 +157,7 @@ class PhotonSource:
     @property
     def total(self) -> int:
         """Photons launched in all bands."""
-        return sum(self._first[:, -1].tolist())
+        return sum(self.launched)
 
     def irradiance(self, band: int = 0) -> dict[str, float] | None:
         """Irradiance of each component on a horizontal plane, by name, or None if it is unknown. [W m-2 nm-1]"""
@@ -183,7 +188,7 @@ class PhotonSource:
         """Patches of the first component that has any."""
         return next((component.grid for component in self.components if component.grid is not None), None)
 
-    @property
+    @cached_property
     def dtype(self) -> np.dtype:
         """Precision of directions, positions and weights."""
         return self._emitter.dtype
@@ -193,12 +198,12 @@ class PhotonSource:
         """Area of the surface through which photons enter."""
         return self._emitter.footprint
 
-    @property
+    @cached_property
     def has_positions(self) -> bool:
         """Whether batches carry x and y."""
         return self._emitter.has_positions
 
-    @property
+    @cached_property
     def has_weights(self) -> bool:
         """Whether batches carry weights."""
         return any(component.weight is not None for component in self.components)
@@ -228,6 +233,16 @@ class PhotonSource:
     def exact_moments(self, band: int) -> Moments:
         """Exact means of mu and 1/mu of a band's photons, from the masses."""
         return mean_moments(self.mass(band), *self.cell_moments(band))
+
+    def moments_of(self, bands: Sequence[int]) -> list[Moments]:
+        """`exact_moments` of several bands; bands of one sky share theirs."""
+        if self.bands_differ_inside_cells:
+            return [self.exact_moments(band) for band in bands]
+        rows = [self.plan.bands[band].row for band in bands]
+        band_of_row = dict(zip(rows, bands, strict=True))
+        moments = moments_of_rows(self.plan.masses(band_of_row.values()), *self._cell_moments)
+        of_row = dict(zip(band_of_row, moments, strict=True))
+        return [of_row[row] for row in rows]
 
     def cell_moments(self, band: int) -> tuple[np.ndarray, np.ndarray]:
         """Mean of mu and of 1 / mu over each cell of a band, (n_cell,) each; see `emission.irradiance.cell_moments`."""
@@ -304,7 +319,7 @@ class PhotonSource:
             A band, start or stop that is no whole number: a boolean, a float, text; numbers outside 0 to 3.
         """
         band = self._band(band)
-        n = int(self._first[band, -1])
+        n = self.launched[band]
         start, stop = _integer(start, "start"), n if stop is None else _integer(stop, "stop")
         if not 0 <= start <= stop <= n:
             raise IndexError(f"photons {start} to {stop} do not exist; band {band} has photons 0 to {n}")

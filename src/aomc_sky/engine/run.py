@@ -38,7 +38,7 @@ from aomc_sky.outputs.photons.files import (
     total_size,
 )
 from aomc_sky.outputs.run_folder import MANIFEST, PART, PLAN, RunFolder, check_folder, is_run_file
-from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
+from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_results
 from aomc_sky.plan.plan import Plan
 from aomc_sky.progress import is_free, progress_bar
 from aomc_sky.source.scene import Scene
@@ -222,7 +222,7 @@ def make_photons(
 
 def finish_run(files: RunFiles, scene: Scene, sums: Sums) -> dict[str, Any]:
     """Write the manifest, and remove temporary files. Every process writes the same bytes."""
-    results = [band_result(files.source, band, sums[band]) for band in files.bands]
+    results = band_results(files.source, {band: sums[band] for band in files.bands})
     manifest = build_manifest(files.source, scene_part(scene), results, *files.stored())
     data = manifest_bytes(manifest)
     files.folder.write(MANIFEST, data)
@@ -281,13 +281,13 @@ def stream_job(source: PhotonSource, pipe: BinaryIO, threads: int, progress: Pro
     try:
         with ChunkPool(source, threads) as pool:
             to_pipe = (writer, lambda band, start, chunks: pipe.write(chunks[0]))
-            sums = [pool.emit(band, [to_pipe], meter.add) for band in chosen]
+            sums = {band: pool.emit(band, [to_pipe], meter.add) for band in chosen}
             pipe.flush()
     except BrokenPipeError:
         raise OutputError("the program that reads standard output ended before the last photon") from None
     except OSError as error:
         raise OutputError(f"cannot write to standard output: {error.strerror or error}") from error
-    bands = [band_result(source, band, band_sums) for band, band_sums in zip(chosen, sums, strict=True)]
+    bands = band_results(source, sums)
     seconds = time.perf_counter() - started
     return JobResult(bands=bands, seconds=seconds, emitted=meter.done, threads=threads or n_cpus())
 

@@ -112,6 +112,6 @@ def chosen_bands(source: PhotonSource) -> list[int]:
 def counts_file(source: PhotonSource) -> tuple[str, bytes]:
     """Name and bytes of the counts file of a run: CSV up to a million rows, npz above."""
     bands = chosen_bands(source)
-    masses = [source.plan.mass(band) for band in bands]
+    masses = source.plan.masses(bands)
     is_text = sum(map(np.count_nonzero, masses)) <= MAX_CSV_ROWS
     return COUNTS_FILES[not is_text], (counts_csv if is_text else counts_npz)(source, bands, masses)

@@ -16,7 +16,7 @@ from aomc_sky.errors import OutputError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.counts import chosen_bands
 from aomc_sky.outputs.photon_formats import columns_of
-from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
+from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_results
 from aomc_sky.plan.plan import OTHER_PROCESSOR
 from aomc_sky.plan.streams import STREAM_VERSION
 from aomc_sky.source.scene import Scene
@@ -114,7 +114,7 @@ def manifest_again(
 ) -> dict[str, Any]:
     """A manifest as it follows from the plan. The part of the scene, and photons without sums, are those found."""
     bands, stored = chosen_bands(source), {band["waveband"]: band for band in found["bands"]}
-    results = [band_result(source, band, sums.get(band) or PhotonSums(source.replicates)) for band in bands]
+    results = band_results(source, {band: sums.get(band) or PhotonSums(source.replicates) for band in bands})
     for k, band in enumerate(bands):
         if formats and band not in sums and band + 1 in stored:
             results[k] = replace(results[k], **{name: stored[band + 1][name] for name in _PHOTONS})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -184,51 +184,55 @@ class BandResult:
     eo_variance_is_finite: bool = True
 
 
-def band_result(source: PhotonSource, band: int, sums: PhotonSums) -> BandResult:
-    """Compare the photons of a band with the exact values of its masses."""
-    plan_band, moments = source.plan.bands[band], source.exact_moments(band)
-    requested, launched = plan_band.requested, source.n_photons(band)
-    ratio, inverse_error = sums.planar_over_scalar(), sums.standard_error("inverse")
-    scalar = sums.mean("weighted_inverse")
-    absolute = source.irradiance(band)
-    return BandResult(
-        waveband=band + 1,
-        wavelength_nm=plan_band.wavelength_nm,
-        sky_wavelength_nm=finite(plan_band.sky_wavelength_nm),
-        requested=requested,
-        launched=launched,
-        residual=launched - requested,
-        mean_cosine_exact=finite(moments.mean_mu),
-        mean_cosine_photons=sums.mean("mu"),
-        ed_over_eo_exact=finite(moments.planar_over_scalar),
-        ed_over_eo_photons=ratio,
-        horizon_loss=plan_band.horizon_loss,
-        irradiance_W_m2_nm=None if absolute is None else math.fsum(absolute.values()),
-        component_irradiance_W_m2_nm=absolute,
-        ed_photons=sums.mean("weight"),
-        eo_photons=None if scalar is None else finite(scalar),
-        mean_cosine_standard_error=sums.standard_error("mu"),
-        ed_over_eo_standard_error=None if inverse_error is None or ratio is None else ratio**2 * inverse_error,
-        ed_standard_error=sums.standard_error("weight"),
-        eo_standard_error=sums.standard_error("weighted_inverse"),
-        eo_variance_is_finite=scalar_has_variance(source.plan, band),
-    )
+def band_results(source: PhotonSource, sums: Mapping[int, PhotonSums]) -> list[BandResult]:
+    """Compare the photons of bands with the exact values of their masses."""
+    plan, exact, have_variance = source.plan, source.moments_of([*sums]), scalars_have_variance(source.plan, sums)
+    names, results = plan.component_names, []
+    for (band, of_band), moments, has_variance in zip(sums.items(), exact, have_variance, strict=True):
+        plan_band, launched, scalar = plan.bands[band], source.launched[band], of_band.mean("weighted_inverse")
+        ratio, inverse_error = of_band.planar_over_scalar(), of_band.standard_error("inverse")
+        absolute = plan_band.irradiance_W_m2_nm
+        result = BandResult(
+            waveband=band + 1,
+            wavelength_nm=plan_band.wavelength_nm,
+            sky_wavelength_nm=finite(plan_band.sky_wavelength_nm),
+            requested=plan_band.requested,
+            launched=launched,
+            residual=launched - plan_band.requested,
+            mean_cosine_exact=finite(moments.mean_mu),
+            mean_cosine_photons=of_band.mean("mu"),
+            ed_over_eo_exact=finite(moments.planar_over_scalar),
+            ed_over_eo_photons=ratio,
+            horizon_loss=plan_band.horizon_loss,
+            irradiance_W_m2_nm=None if absolute is None else math.fsum(absolute),
+            component_irradiance_W_m2_nm=None if absolute is None else dict(zip(names, absolute, strict=True)),
+            ed_photons=of_band.mean("weight"),
+            eo_photons=None if scalar is None else finite(scalar),
+            mean_cosine_standard_error=of_band.standard_error("mu"),
+            ed_over_eo_standard_error=None if inverse_error is None or ratio is None else ratio**2 * inverse_error,
+            ed_standard_error=of_band.standard_error("weight"),
+            eo_standard_error=of_band.standard_error("weighted_inverse"),
+            eo_variance_is_finite=has_variance,
+        )
+        results.append(result)
+    return results
 
 
-def scalar_has_variance(plan: Plan, band: int) -> bool:
+def scalars_have_variance(plan: Plan, bands: Collection[int]) -> list[bool]:
     """Whether w / mu of a band's photons has a finite variance: no light at the horizon, or weights with a factor mu.
 
     The flux law has the density 2 mu near the horizon. The mean of 1 / mu is therefore finite, but the mean of 1 / mu^2
     is not.
     """
     if plan.options["placement"] == Placement.CENTRE.value:
-        return True  # a finite number of directions
-    row = plan.bands[band].row
-    return not any(
-        np.any((c.mass[row] > 0) & law_of(c.law).reaches_horizon(c.cell))
+        return [True] * len(bands)  # a finite number of directions
+    at_horizon = [
+        (c, law_of(c.law).reaches_horizon(c.cell))
         for c in plan.components
         if c.law is not Law.CELL_MU or c.weight is None  # their weights carry a factor mu
-    )
+    ]
+    rows = [plan.bands[band].row for band in bands]
+    return [not any(np.any((c.mass[row] > 0) & is_there) for c, is_there in at_horizon) for row in rows]
 
 
 def finite(value: float) -> float | None:

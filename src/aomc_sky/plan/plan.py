@@ -12,7 +12,7 @@ import json
 import math
 import os
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -148,6 +148,10 @@ class Plan:
         """Probability of each cell in a band, float64 (n_cell,), sum 1; 0 without light."""
         parts = [component.mass[self.bands[band].row] for component in self.components]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    def masses(self, bands: Iterable[int]) -> list[np.ndarray]:
+        """The `mass` of several bands."""
+        return [self.mass(band) for band in bands]
 
     def stokes(self, band: int) -> np.ndarray | None:
         """Q/I and U/I of each cell in a band, float64 (n_cell, 2), 0 for unpolarised ones; None where all are."""

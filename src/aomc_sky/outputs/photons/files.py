@@ -99,7 +99,7 @@ class PhotonWriter(ABC):
 
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
         """The files: by default one for each waveband."""
-        name, n = self.names[0].format(bands[0] + 1), self.source.n_photons(bands[0])
+        name, n = self.names[0].format(bands[0] + 1), self.source.launched[bands[0]]
         return (FileLayout(name, self.head, self.row_bytes, n),)
 
     @abstractmethod
@@ -127,7 +127,7 @@ class PhotonFiles:
         self.writer, self.bands, self.folder = writer, bands, folder
         self.layouts = writer.layouts(bands)
         self.is_written = False  #: whether `writing` has made them
-        rows = accumulate((writer.source.n_photons(band) for band in bands[:-1]), initial=0)
+        rows = accumulate((writer.source.launched[band] for band in bands[:-1]), initial=0)
         self._rows_before = dict(zip(bands, rows, strict=False))
 
     @cached_property
@@ -333,7 +333,7 @@ class ChunkPool:
         `spans` are the blocks, by default all. `count` is called with the photons of each block after it is written.
         """
         sums, writers = PhotonSums(self.source.replicates), [writer for writer, _ in targets]
-        chosen = block_spans(0, self.source.n_photons(band)) if spans is None else spans
+        chosen = block_spans(0, self.source.launched[band]) if spans is None else spans
         made = in_order(self._executor, self.threads, partial(self._chunk, band, writers), chosen)
         with contextlib.closing(made):  # if a target fails, threads end before the pool does
             for start, chunks, block, n_photons in made:
@@ -370,7 +370,7 @@ def emit_photons(
     progress: Progress | None = None,
 ) -> dict[int, PhotonSums]:
     """Make the photons of wavebands, write those that belong to the files, and return the sums of each waveband."""
-    sums, meter = {}, Meter(progress, sum(source.n_photons(band) for band in bands))
+    sums, meter = {}, Meter(progress, sum(source.launched[band] for band in bands))
     announce_photons(meter.total)
     with ChunkPool(source, threads) as pool, contextlib.ExitStack() as stack:
         shared = [(f.writer, stack.enter_context(f.writing())) for f in files if len(f.bands) > 1]

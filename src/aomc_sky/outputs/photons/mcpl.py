@@ -112,7 +112,7 @@ class McplWriter(PhotonWriter):
 
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
         """The one file."""
-        n = sum(self.source.n_photons(band) for band in bands)
+        n = sum(self.source.launched[band] for band in bands)
         head = encode_header(self._header(n, _comments(self.source, bands)))
         return (FileLayout(self._name, head, self._record.itemsize, n),)
 

@@ -128,7 +128,7 @@ class NpyWriter(PhotonWriter):
 
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
         """The files of a waveband; the first holds the directions."""
-        n, files = self.source.n_photons(bands[0]), []
+        n, files = self.source.launched[bands[0]], []
         for name, (dtype, width) in self._columns.items():
             head = _head(dtype, (n, width) if width > 1 else (n,))
             files.append(FileLayout(name.format(bands[0] + 1), head, width * dtype.itemsize, n))
