@@ -17,7 +17,7 @@ import numpy as np
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.plan.laws import law_of
-from aomc_sky.plan.plan import npz_bytes
+from aomc_sky.plan.plan import npz_bytes, sha256_of
 from tests.support.host_scenes import disc, perez
 from tests.support.lobes import lobe_sky
 
@@ -99,7 +99,8 @@ class Damage(NamedTuple):
 
     def file(self):
         """The damaged plan as a file that fits its hash."""
-        return npz_bytes(*self.members())
+        members = self.members()
+        return npz_bytes(*members, sha256_of(*members))
 
 
 DROP = object()

@@ -13,7 +13,7 @@ import math
 import os
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -83,6 +83,7 @@ class Plan:
     components: tuple[Component, ...]
     cumulative: np.ndarray
     options: dict[str, Any]
+    _sha256: str = field(init=False, repr=False, default="")  #: once it was asked for
 
     def __post_init__(self) -> None:
         check_plan(self.bands, self.components, self.cumulative, self.options)
@@ -192,11 +193,13 @@ class Plan:
     @property
     def sha256(self) -> str:
         """Name of the run: SHA-256 over sorted name, dtype, shape, little-endian bytes, and options."""
-        return sha256_of(self.members(), self.options)
+        if not self._sha256:
+            object.__setattr__(self, "_sha256", sha256_of(self.members(), self.options))
+        return self._sha256
 
     def to_bytes(self) -> bytes:
         """The plan as the bytes of an npz file; equal plans give equal bytes."""
-        return npz_bytes(self.members(), self.options)
+        return npz_bytes(self.members(), self.options, self.sha256)
 
     def save(self, path: str | Path) -> None:
         """Write the plan; `aomc_sky.outputs` does it atomically."""
@@ -293,13 +296,13 @@ def sha256_of(members: Mapping[str, np.ndarray], options: Mapping[str, Any]) -> 
     return digest.hexdigest()
 
 
-def npz_bytes(members: Mapping[str, np.ndarray], options: Mapping[str, Any]) -> bytes:
-    """The members, their options and the hash as the bytes of an npz file."""
+def npz_bytes(members: Mapping[str, np.ndarray], options: Mapping[str, Any], sha256: str) -> bytes:
+    """The members, their options and their hash as the bytes of an npz file."""
     buffer = io.BytesIO()
     stored: dict[str, Any] = {
         _OPTIONS: np.frombuffer(_json(options), dtype=np.uint8),
         **dict(sorted(members.items())),
-        _SHA256: np.frombuffer(bytes.fromhex(sha256_of(members, options)), dtype=np.uint8),
+        _SHA256: np.frombuffer(bytes.fromhex(sha256), dtype=np.uint8),
     }
     np.savez(buffer, **stored)
     return buffer.getvalue()
