@@ -27,6 +27,8 @@ class Report:
     counts_bytes: bool = False  #: Columns and texts of the file are those of its bytes, as Fortran has them
     problems: list[Problem] = field(default_factory=list)
     n_errors: int = 0
+    #: Whether there are enough errors to stop reading; warnings alone never stop a reader
+    is_full: bool = field(init=False, default=False)
 
     def add(self, code: str, message: str, *, name: str = "", advice: str = "", is_warning: bool = False) -> None:
         """Note a problem of the file as a whole."""
@@ -46,6 +48,7 @@ class Report:
         """Note a problem at a piece of the file; `can_downgrade` lets --lenient turn it into a warning."""
         is_error = not is_warning and not (can_downgrade and self.lenient) and code not in self.downgrade
         self.n_errors += is_error
+        self.is_full = self.has_errors and len(self.problems) >= MAX_PROBLEMS - 1
         if len(self.problems) >= MAX_PROBLEMS and not (is_error and self.n_errors == 1):
             return  # enough for a person; but the only error among warnings is never lost
         if self.counts_bytes and not span.text.isascii():
@@ -64,11 +67,6 @@ class Report:
     def has_errors(self) -> bool:
         """Whether anything noted so far is an error."""
         return self.n_errors > 0
-
-    @property
-    def is_full(self) -> bool:
-        """Whether there are enough errors to stop reading; warnings alone never stop a reader."""
-        return self.has_errors and len(self.problems) >= MAX_PROBLEMS
 
     def close(self) -> None:
         """Raise all errors at once, or emit the warnings."""

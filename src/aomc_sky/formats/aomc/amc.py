@@ -513,12 +513,12 @@ def _read_count(token: Token, n_wavebands: int | None, report: Report) -> int:
 def _read_row(
     record: Record, row: np.ndarray, names: tuple[str, ...], highest: tuple[float, ...], report: Report
 ) -> None:
-    comma = record.decimal_comma() if len(record.tokens) == len(names) else None
+    comma = record.decimal_comma() if record.has_comma and len(record.tokens) == len(names) else None
     if comma is not None:
         column, span, message, advice = comma
         report.at(span, "E205", message, name=names[column], advice=advice)
         return
-    for k, (name, token, value) in enumerate(zip(names, record.tokens, record.reals(), strict=False)):
+    for k, (name, token, value) in enumerate(zip(names, record.tokens, record.reals, strict=False)):
         if not token.word:
             message = "the value is missing; Fortran does not set it"
             report.at(token, "E205", message, name=name, advice="write every value")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import takewhile
 
 from aomc_sky.errors import Span
@@ -128,13 +128,22 @@ class Record:
     next_line: int  #: Index of the line after the record. [0-based]
     ended_by_slash: bool  #: A slash ended the record and left values unset
     rest: str  #: The text after the last value in its line
+    #: The values as reals. A null value, and a word that is not a number, give None.
+    reals: tuple[float | None, ...] = field(init=False)
+    #: How many numbers follow the last value in its line, up to the first other word.
+    n_more: int = field(init=False)
+    #: Whether the line begins with a word that is meant as no number, such as the sign of a comment.
+    is_text: bool = field(init=False)
+    has_comma: bool = field(init=False)  #: Whether the line of the last value has a comma
 
-    @property
-    def is_text(self) -> bool:
-        """Whether the line begins with a word that is meant as no number, such as the sign of a comment."""
-        if not self.tokens or self.tokens[0].word[:1] in _OF_NUMBERS:
-            return False
-        return len(self.tokens) == 1 or any(list_real(token.word) is None for token in self.tokens[1:])
+    def __post_init__(self) -> None:
+        reals = tuple(list_real(token.word) for token in self.tokens)
+        words = self.rest.replace(",", " ").replace(";", " ").split()
+        is_word = bool(reals) and self.tokens[0].word[:1] not in _OF_NUMBERS
+        object.__setattr__(self, "reals", reals)
+        object.__setattr__(self, "n_more", len(list(takewhile(lambda word: list_real(word) is not None, words))))
+        object.__setattr__(self, "is_text", is_word and (len(reals) == 1 or None in reals[1:]))
+        object.__setattr__(self, "has_comma", bool(reals) and "," in self.tokens[-1].text)
 
     @property
     def first_word(self) -> Token | None:
@@ -147,15 +156,9 @@ class Record:
         text = self.tokens[-1].text
         return Span(self.tokens[-1].line, len(text) - len(self.rest.lstrip(" \t,;")) + 1, text)
 
-    def reals(self) -> list[float | None]:
-        """The values as reals. A null value, and a word that is not a number, give None."""
-        return [list_real(token.word) for token in self.tokens]
-
-    @property
-    def n_more(self) -> int:
-        """How many numbers follow the last value in its line, up to the first other word."""
-        words = self.rest.replace(",", " ").replace(";", " ").split()
-        return len(list(takewhile(lambda word: list_real(word) is not None, words)))
+    def integers(self) -> list[int | None]:
+        """The values as whole numbers. Everything else gives None."""
+        return [list_integer(token.word) for token in self.tokens]
 
     def decimal_comma(self, *, at_end: bool = True) -> tuple[int, Span, str, str] | None:
         """Index, span, message and advice for a value with a comma inside, in a record that has all its values.

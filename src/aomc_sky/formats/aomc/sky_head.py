@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, ask_unit, list_integer
+from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, ask_unit
 from aomc_sky.formats.report import Report, beyond_memory
 from aomc_sky.grid import MAX_PATCHES
 
@@ -53,7 +53,7 @@ def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: 
     """Read header and wavelengths; sizes are checked against file and memory before anything is allocated."""
     scanner = ListScanner(lines)
     record = scanner.record(0, 4)
-    counts = _read_counts(record, scanner.absent(1), report)
+    counts = _read_counts(record, scanner, report)
     if counts is None:
         return None
     n_rows, n_zenith, n_azimuth, n_table = counts
@@ -88,15 +88,16 @@ def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: 
     )
 
 
-def _read_counts(record: Record, absent: Token, report: Report) -> tuple[int, int, int, int] | None:
-    """The four counts of the header; `absent` is their place in a file without any."""
+def _read_counts(record: Record, scanner: ListScanner, report: Report) -> tuple[int, int, int, int] | None:
+    """The four counts of the header."""
     if record.is_text:
         message = f"found '{record.tokens[0].word}', expected {', '.join(COUNTS)}"
         report.at(record.tokens[0], "E305", message, advice=f"{_ADVICE}, and no text before them")
         return None
-    counts = [_read_header_count(k, token, report) for k, token in enumerate(record.tokens)]
+    pairs = zip(record.tokens, record.integers(), strict=True)
+    counts = [_read_header_count(k, token, value, report) for k, (token, value) in enumerate(pairs)]
     if len(counts) < 4:
-        last = record.tokens[-1] if record.tokens else absent
+        last = record.tokens[-1] if record.tokens else scanner.absent(1)
         message = f"the header has {len(counts)} numbers, expected {', '.join(COUNTS)}"
         report.at(last.behind, "E305", message, name=COUNTS[len(counts)], advice=_ADVICE)
         return None
@@ -121,8 +122,7 @@ def _rows_among(lines: dict[int, str], *bounds: int) -> int:
     )
 
 
-def _read_header_count(k: int, token: Token, report: Report) -> int | None:
-    value = list_integer(token.word)
+def _read_header_count(k: int, token: Token, value: int | None, report: Report) -> int | None:
     if value is None:
         found = f"'{token.word}'" if token.word else "nothing"
         report.at(token, "E305", f"found {found}, expected a whole number", name=COUNTS[k], advice=_ADVICE)
@@ -159,14 +159,14 @@ def _check_sizes(
 
 
 def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:
-    if (comma := record.decimal_comma(at_end=False)) is not None:
+    if record.has_comma and (comma := record.decimal_comma(at_end=False)) is not None:
         _, span, message, advice = comma
         report.at(span, "E306", message, name="wavelengths", advice=advice)
         return None
     before = report.n_errors
     wavelength = np.zeros(len(record.tokens))
     first_at: dict[float, int] = {}
-    for k, (token, value) in enumerate(zip(record.tokens, record.reals(), strict=True)):
+    for k, (token, value) in enumerate(zip(record.tokens, record.reals, strict=True)):
         if report.is_full:
             break
         if value is not None and math.isfinite(value) and value >= 0:
