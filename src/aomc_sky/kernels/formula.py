@@ -1,39 +1,42 @@
 """One text of a formula for both backends: numpy calls it with arrays, kernels compile it for one photon.
 
-`formula` marks a text that kernels compile as it stands. Such a text is written with + - x / sqrt, whole numbers and
-the functions below, which have a form in numpy, here, and one for the compiler, in `jit`. This file does not load
-numba.
+A file of formulas lists them in one call of `formulas`; kernels compile these texts as they stand. They are written
+with + - x / sqrt, whole numbers and the functions below, which have a form in numpy, here, and one for the compiler, in
+`jit`. This file does not load numba.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
-Text = TypeVar("Text", bound=Callable[..., Any])
 Compile = Callable[[Callable[..., Any], bool], None]
 
 _texts: list[tuple[Callable[..., Any], bool]] = []
 _compilers: list[Compile] = []
 
 
-def formula(text: Text, *, is_inlined: bool = False) -> Text:
-    """Let kernels call a formula for arrays, too; the compiler decides where to inline it."""
-    _texts.append((text, is_inlined))
-    for take in _compilers:
-        take(text, is_inlined)
-    return text
+def formulas(*texts: Callable[..., Any], is_inlined: bool = False) -> None:
+    """Let kernels call formulas for arrays, too.
+
+    The compiler decides where to inline them, unless `is_inlined`. That is for straight texts in a loop, which
+    vectorises only if they are inlined.
+    """
+    for text in texts:
+        _texts.append((text, is_inlined))
+        for take in _compilers:
+            take(text, is_inlined)
 
 
-def inlined_formula(text: Text) -> Text:
-    """`formula` for a straight text in a loop, which vectorises only if the text is inlined."""
-    return formula(text, is_inlined=True)
+def listed() -> tuple[Callable[..., Any], ...]:
+    """The formulas of the modules that are loaded."""
+    return tuple(text for text, _ in _texts)
 
 
 def compile_formulas(take: Compile) -> None:
-    """Hand every formula, and those that will be marked, to a compiler."""
+    """Hand every formula, and those that will be listed, to a compiler."""
     _compilers.append(take)
     for text, is_inlined in _texts:
         take(text, is_inlined)
@@ -46,7 +49,8 @@ def by_width(short: Callable[..., Any], long: Callable[..., Any], of: int = -1) 
         return (short if arguments[of].dtype.itemsize == 4 else long)(*arguments)
 
     chosen.texts = (short, long, of)  # type: ignore[attr-defined]
-    return formula(chosen)
+    formulas(chosen)
+    return chosen
 
 
 def kind_of(x: Any) -> Any:

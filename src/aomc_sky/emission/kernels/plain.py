@@ -13,7 +13,7 @@ from aomc_sky.kernels.arithmetic.elementary import sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells.laws import positions_in_cells, sloped
 from aomc_sky.kernels.cells.order import ranks_of_photons
-from aomc_sky.kernels.formula import formula, kind_of, larger, select
+from aomc_sky.kernels.formula import formulas, kind_of, larger, select
 from aomc_sky.plan.laws import law_of
 
 _BLOCK = 4096  # records of intermediate arrays that stay in the cache
@@ -83,7 +83,6 @@ def _ranks(start, stop, order):
     return ranks_of_photons(start, stop, int(order[0]), order[3:])
 
 
-@formula
 def in_circle(u, v, radius):
     """Position from two uniform numbers, uniform over a circle around the origin: r = radius sqrt(u)."""
     zero, one = kind_of(u)(0), kind_of(u)(1)
@@ -92,7 +91,6 @@ def in_circle(u, v, radius):
     return r * cosine, r * sine
 
 
-@formula
 def in_rectangle(u, v, size_x, size_y):
     """Position from two uniform numbers, uniform over a rectangle centred on the origin."""
     kind = kind_of(u)
@@ -139,7 +137,6 @@ def _sums(first, second):
     return float(last.real), float(last.imag)
 
 
-@formula
 def packed(x, y, z, energy):
     """The packed direction of an MCPL record (adaptive projection), equal to libmcpl to the bit.
 
@@ -163,3 +160,6 @@ def pack(ux, uy, uz, cell, energy, flags, n_flagged, first, second, signed_energ
             first[part], second[part], signed_energy[part] = packed(ux[part], uy[part], uz[part], energy)
         own = cell[part]
         user_flags[part] = np.where(own < n_flagged, flags + own.astype(np.uint32), np.uint32(0))
+
+
+formulas(in_circle, in_rectangle, packed)

@@ -13,8 +13,7 @@ from aomc_sky.directions import COS_QUARTER, SIN_QUARTER
 from aomc_sky.kernels.formula import (
     by_width,
     float_of,
-    formula,
-    inlined_formula,
+    formulas,
     kind_of,
     larger,
     nested,
@@ -100,7 +99,6 @@ def _unit_f64(bits, like):
 unit = by_width(_unit_f32, _unit_f64)
 
 
-@inlined_formula
 def uniform_f64(bits):
     """Uniform float64 in [0, 1) of 53 bits, whatever the precision of the photons."""
     return np.float64(bits & _UPPER53) * _INV64
@@ -121,7 +119,6 @@ sincos_quarter = by_width(_series(_SIN_F32, _COS_F32), _series(SIN_QUARTER, COS_
 sincos_narrow = by_width(_series(_NARROW_SIN_F32, _NARROW_COS_F32), _series(_NARROW_SIN_F64, _NARROW_COS_F64))
 
 
-@formula
 def sincos_turned(sin_centre, cos_centre, half_width, v):
     """Sine and cosine of the azimuth a share v of the way through a cell at most 90 degrees wide.
 
@@ -132,14 +129,12 @@ def sincos_turned(sin_centre, cos_centre, half_width, v):
     return sin_centre * c + cos_centre * s, cos_centre * c - sin_centre * s
 
 
-@formula
 def sincos_turned_narrow(sin_centre, cos_centre, half_width, v):
     """`sincos_turned` for a cell whose half width is at most NARROW_HALF_WIDTH, by the short series."""
     s, c = sincos_narrow(half_width * (v + v - kind_of(v)(1)))
     return sin_centre * c + cos_centre * s, cos_centre * c - sin_centre * s
 
 
-@formula
 def sincos_turned_any(sin_centre, cos_centre, half_width, v):
     """Both for any width up to a full turn (half_width 2), the same bits: it looks which series is due.
 
@@ -154,7 +149,6 @@ def sincos_turned_any(sin_centre, cos_centre, half_width, v):
     return sin_centre * c + cos_centre * s, cos_centre * c - sin_centre * s
 
 
-@inlined_formula
 def turned_by_quarters(quarter, sine, cosine):
     """Sine and cosine of an angle after so many quarter turns."""
     swap = (quarter & 1) != 0
@@ -162,14 +156,12 @@ def turned_by_quarters(quarter, sine, cosine):
     return select((quarter & 2) != 0, -s, s), select(((quarter + 1) & 2) != 0, -c, c)
 
 
-@inlined_formula
 def split_power(x):
     """Split a normal positive float64 into m in [1/2, 1) and whole k with x = m 2^k, both float64."""
     word = word_of(x)
     return float_of((word & _FRACTION) | _HALF), float_of((word >> _POWER_BITS) | _AT_2_52) - _FROM_POWER
 
 
-@inlined_formula
 def log_of_parts(f, k):
     """log(2^k (1 + f)) for 1 + f in [sqrt(1/2), sqrt(2)], within 1 ulp.
 
@@ -182,7 +174,6 @@ def log_of_parts(f, k):
     return k * LN2_HI - ((half - (s * (half + r) + k * LN2_LO)) - f)
 
 
-@inlined_formula
 def log_level(x):
     """Natural logarithm of a normal positive float64, branch-free; within 1 ulp."""
     m, k = split_power(x)
@@ -190,7 +181,6 @@ def log_level(x):
     return log_of_parts(select(is_low, m + m, m) - 1.0, select(is_low, k - 1.0, k))
 
 
-@inlined_formula
 def exp_reduced(hi, lo):
     """Exponential of r = hi - lo, |r| <= ln(2)/2: what is left once the power of two is taken out."""
     r = hi - lo
@@ -199,7 +189,6 @@ def exp_reduced(hi, lo):
     return 1.0 - ((lo - (r * c) / (2.0 - c)) - hi)
 
 
-@inlined_formula
 def exp_level(x):
     """Exponential of a float64, branch-free; within 1 ulp for |x| <= 700, beyond that the value at +-700."""
     x = larger(smaller(x, _LARGEST), -_LARGEST)
@@ -209,7 +198,6 @@ def exp_level(x):
     return y * float_of((word_of(t) + _BIAS) << _POWER_BITS)
 
 
-@inlined_formula
 def arc(h):
     """Angle whose half has sine^2 h, branch-free; within 2 ulp up to 120 degrees, 2 ulp of pi beyond. [rad]
 
@@ -224,7 +212,6 @@ def arc(h):
     return select(near, r + r, select(far, 2.0 * HALF_PI - (r + r), HALF_PI - r))
 
 
-@formula
 def sin_cos(x):
     """Sine and cosine of x quarter turns, exact at whole ones; within 2 ulp of 1 for |x| below 1000."""
     turns = np.rint(x)
@@ -232,8 +219,13 @@ def sin_cos(x):
     return turned_by_quarters(np.int64(turns), s, c)
 
 
-@formula
 def half_sine2(x):
     """sin^2 of half of x quarter turns."""
     s, _ = sin_cos(0.5 * x)
     return s * s
+
+
+formulas(sincos_turned, sincos_turned_narrow, sincos_turned_any, sin_cos, half_sine2)
+formulas(
+    uniform_f64, turned_by_quarters, split_power, log_of_parts, log_level, exp_reduced, exp_level, arc, is_inlined=True
+)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import LOW32, S32
-from aomc_sky.kernels.formula import inlined_formula
+from aomc_sky.kernels.formula import formulas
 
 # multipliers and key steps (Salmon et al. 2011)
 _M0 = np.uint64(0xD2511F53)
@@ -23,7 +23,6 @@ _REST_SHIFT = np.uint64(22)
 _ACCEPT_SHIFT = np.uint64(20)
 
 
-@inlined_formula
 def philox_round(c0, c1, c2, c3, k0, k1):
     """One round on 32-bit words held in uint64."""
     p0 = _M0 * c0
@@ -31,7 +30,6 @@ def philox_round(c0, c1, c2, c3, k0, k1):
     return (p1 >> S32) ^ c1 ^ k0, p1 & LOW32, (p0 >> S32) ^ c3 ^ k1, p0 & LOW32
 
 
-@inlined_formula
 def philox4x32(c0, c1, c2, c3, k0, k1):
     """Return the four 32-bit words of Philox4x32-10 for a counter and a key, held in uint64."""
     c0, c1, c2, c3 = philox_round(c0, c1, c2, c3, k0, k1)
@@ -64,16 +62,17 @@ def philox4x32(c0, c1, c2, c3, k0, k1):
     return philox_round(c0, c1, c2, c3, k0, k1)
 
 
-@inlined_formula
 def philox_pair(key, rank, band, draw):
     """Two 64-bit uniform words for one photon: counter (rank low, rank high, band, draw), all uint64."""
     w0, w1, w2, w3 = philox4x32(rank & LOW32, rank >> S32, band, draw, key & LOW32, key >> S32)
     return (w0 << S32) | w1, (w2 << S32) | w3
 
 
-@inlined_formula
 def later_words(key, rank, band, trial):
     """The words of a trial after the first: two for the place, 42 bits each, and the one that decides."""
     first, second = philox_pair(key, rank, band, trial)
     decision = (((first & _REST_BITS) << _REST_SHIFT) | (second & _REST_BITS)) << _ACCEPT_SHIFT
     return first & _PLACE_BITS, second & _PLACE_BITS, decision
+
+
+formulas(philox_round, philox4x32, philox_pair, later_words, is_inlined=True)

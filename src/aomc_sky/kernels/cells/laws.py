@@ -34,7 +34,7 @@ from aomc_sky.kernels.arithmetic.elementary import (
     unit,
 )
 from aomc_sky.kernels.arithmetic.rng import philox_pair
-from aomc_sky.kernels.formula import by_width, formula, kind_of, smaller
+from aomc_sky.kernels.formula import by_width, formulas, kind_of, smaller
 
 CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON = DRAWN = range(5)
 """Numbers of the laws whose directions are in `direction_of` of the emission and `direction` of aomc_sky.h."""
@@ -46,7 +46,6 @@ HG, BECKMANN = 6, 8
 _below_one = by_width(lambda x: smaller(x, np.float32(1.0 - 2.0**-24)), lambda x: smaller(x, 1.0 - 2.0**-53))
 
 
-@formula
 def _on_slope(u, slope):
     """Root x in [0, 1) of (1 - slope) x + slope x^2 = u, the integral of 1 + slope (2x - 1).
 
@@ -57,7 +56,6 @@ def _on_slope(u, slope):
     return _below_one((u + u) / (rest + np.sqrt(rest * rest + four * slope * u)))
 
 
-@formula
 def sloped(u, v, word):
     """The place (u, v) in a cell of `Law.CELL_SLOPED`; the halves of a word are its slopes in steps, 32 bits each.
 
@@ -76,14 +74,12 @@ def slope_words(slope):
     return (steps[:, 0].astype(np.uint64) << S32) | (steps[:, 1].astype(np.uint64) & LOW32)
 
 
-@formula
 def from_mu2(h0, h1, h2, u, sine, cosine):
     """Travel direction for an azimuth, uniform in mu^2."""
     radius = np.sqrt(h0 + h1 * u)
     return -(radius * cosine), -(radius * sine), -np.sqrt(h2 + h1 * (kind_of(u)(1) - u))
 
 
-@formula
 def from_mu(h0, h1, h2, u, sine, cosine):
     """Travel direction for an azimuth, uniform in mu."""
     one = kind_of(u)(1)
@@ -92,7 +88,6 @@ def from_mu(h0, h1, h2, u, sine, cosine):
     return -(radius * cosine), -(radius * sine), -mu
 
 
-@formula
 def disc(h0, h1, h2, h3, t0, t1, u, v):
     """Travel direction of a uniform disc above the horizon, flux law.
 
@@ -111,7 +106,6 @@ def disc(h0, h1, h2, h3, t0, t1, u, v):
     return -(x * t1 - across * t0), -(x * t0 + across * t1), -mu
 
 
-@formula
 def disc_at_horizon_trial(h0, h1, h2, h3, t0, t1, u, v):
     """Whether a point lies on a uniform disc that the horizon cuts, and its travel direction: flux law by rejection.
 
@@ -178,3 +172,6 @@ def positions_in_cells(rank, jitter, key, band, shifts, steps, ring_offset, like
     else:
         a, b = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1] + ring_offset
     return unit(a, like), unit(b, like)
+
+
+formulas(_on_slope, sloped, from_mu2, from_mu, disc, disc_at_horizon_trial)

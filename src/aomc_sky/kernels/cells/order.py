@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import ONE, S32, U32, U64
-from aomc_sky.kernels.formula import formula, select, smaller
+from aomc_sky.kernels.formula import formulas, select, smaller
 
 SHORT_LIMIT = np.uint64(65535 << 16)
 """Up to so many photons the order works in 32 bits, and neither half has more than 65 535 values."""
@@ -29,7 +29,6 @@ _BITS = np.uint32(31)
 _TABLE_LIMIT = 1 << 24
 
 
-@formula
 def split_order(n):
     """Return (bits s of the low half, size b of the high half) for n >= 1 photons, all uint64."""
     s = ONE
@@ -38,7 +37,6 @@ def split_order(n):
     return s, ((n - ONE) >> s) + ONE
 
 
-@formula
 def mix(half, key):
     """Hash a 32-bit word: two multiplications around one xor-shift, as in Wellons' lowbias32."""
     x = U32(U32(half * _A) + key)
@@ -46,13 +44,11 @@ def mix(half, key):
     return U32(x * _B)
 
 
-@formula
 def _high_short(high, low, key, b):
     high = U32(high + ((U32(mix(low, key) >> _S16) * U32(b & _LOW16)) >> _S16))
     return smaller(high, U32(high - b))  # wraps to a large number when high < b
 
 
-@formula
 def permute_short(i, s, b, k0, k1, k2):
     """One pass over [0, 2^s b), all in 32 bits: halves and b have at most 16.
 
@@ -69,13 +65,11 @@ def permute_short(i, s, b, k0, k1, k2):
     return U32(U32(high << s) | low)
 
 
-@formula
 def high_step(low, key, b):
     """Step of the high half in a round, from the low half."""
     return (U64(mix(U32(low), key)) * b) >> S32
 
 
-@formula
 def permute_long(i, s, b, k0, k1, k2):
     """One pass over [0, 2^s b) for more photons: halves have at most 31 bits."""
     mask = (ONE << s) - ONE
@@ -108,3 +102,6 @@ def slot_finder(cumulative: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
         return lambda rank: slots[rank.astype(np.int64)]
     ends = cumulative[1:].astype(U64)
     return lambda rank: np.searchsorted(ends, rank, side="right").astype(np.int32)
+
+
+formulas(split_order, mix, _high_short, permute_short, high_step, permute_long)

@@ -9,14 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic import error_free
-from aomc_sky.kernels.formula import inlined_formula, smaller
+from aomc_sky.kernels.formula import formulas, smaller
 
 _INV_4PI = 0.07957747154594767
 
-product_error = inlined_formula(error_free.product_error)
+product_error = error_free.product_error
 
 
-@inlined_formula
 def twice_square(x, rest):
     """2 (x + rest)^2, rounded once; `rest` is the rounding error of x."""
     square = x * x
@@ -24,21 +23,18 @@ def twice_square(x, rest):
     return twice + twice
 
 
-@inlined_formula
 def mirrored(g):
     """Size h of g, 1 where g is negative and 0 elsewhere, and the sign."""
     sign = np.copysign(1.0, g + 0.0)  # -0.0 counts as 0.0
     return np.abs(g), 0.5 - 0.5 * sign, sign
 
 
-@inlined_formula
 def gap(h):
     """1 - h and its rounding error."""
     d = 1.0 - h
     return d, (1.0 - d) - h
 
 
-@inlined_formula
 def numerators(xi, h, off, sign, d, rest, near, far):
     """1 - mu and 1 + mu at xi for g = h, as numerators, and their denominator D^2.
 
@@ -56,7 +52,6 @@ def numerators(xi, h, off, sign, d, rest, near, far):
     return near * (q + q * hp), far * (p * (d + (hp + rest))), D * D + (D + D) * lost
 
 
-@inlined_formula
 def ends(v, w, square, off):
     """1 - mu and 1 + mu from the numerators."""
     v = v / square
@@ -65,7 +60,6 @@ def ends(v, w, square, off):
     return keep * v + off * w, keep * w + off * v
 
 
-@inlined_formula
 def pivot(h, d, rest):
     """The z of `parts` at which mu is 0, (1-h)^2 / (2 (1 + h^2)), and its rounding error."""
     square, h2 = d * d, h * h
@@ -81,7 +75,6 @@ def pivot(h, d, rest):
     return moved, (zero - moved) + left * share
 
 
-@inlined_formula
 def middle(h, off, sign, d, rest, zero, zero_rest):
     """Arguments of `parts` that depend on g alone, all at mu = 0: xi, h p, n, and twice z."""
     q = np.sqrt(1.0 + h * h)
@@ -94,7 +87,6 @@ def middle(h, off, sign, d, rest, zero, zero_rest):
     return xi, hp, sign * ((z - zero) + (z_rest - zero_rest)), zero + zero
 
 
-@inlined_formula
 def parts(xi, p, h, d, xi_0, hp_0, n_0, twice):
     """Numerator n of mu, and what its denominator has more than abs(n), for mu > 0 and for mu < 0: the smaller one.
 
@@ -107,7 +99,6 @@ def parts(xi, p, h, d, xi_0, hp_0, n_0, twice):
     return (xi - xi_0) * (s + hp_0) + n_0, twice * (1.0 - z), (2.0 - twice) * z
 
 
-@inlined_formula
 def cosine(xi, g):
     """Cosine of the scattering angle: one division and no root where g is one number."""
     h, off, sign = mirrored(g)
@@ -118,7 +109,6 @@ def cosine(xi, g):
     return n / (np.abs(n) + smaller(ahead, behind))
 
 
-@inlined_formula
 def beside_the_ends(xi, g):
     """1 - mu and the sine of the scattering angle, right to their own last digits."""
     h, off, sign = mirrored(g)
@@ -130,7 +120,6 @@ def beside_the_ends(xi, g):
     return v, np.sqrt(v * w)
 
 
-@inlined_formula
 def root(v, h, off, d, rest):
     """Distance a from the peak of the lobe, that from its far end, R^2 = (1-h)^2 + 2 h a rounded once, and R."""
     w = 2.0 - v
@@ -145,7 +134,6 @@ def root(v, h, off, d, rest):
     return a, b, square, np.sqrt(square)
 
 
-@inlined_formula
 def density(v, g):
     """Density per steradian at v = 1 - mu."""
     h, off, _ = mirrored(g)
@@ -154,7 +142,6 @@ def density(v, g):
     return _INV_4PI * (d * (1.0 + h)) / (square * R)
 
 
-@inlined_formula
 def tails(v, g):
     """Probabilities of a smaller and of a larger mu at v = 1 - mu.
 
@@ -165,3 +152,22 @@ def tails(v, g):
     a, b, square, R = root(v, h, off, d, rest)
     near, far = smaller((1.0 + h) * a / (square + d * R), 1.0), smaller(d * b / (square + (1.0 + h) * R), 1.0)
     return (1.0 - off) * far + off * near, (1.0 - off) * near + off * far
+
+
+formulas(
+    product_error,
+    twice_square,
+    mirrored,
+    gap,
+    numerators,
+    ends,
+    pivot,
+    middle,
+    parts,
+    cosine,
+    beside_the_ends,
+    root,
+    density,
+    tails,
+    is_inlined=True,
+)

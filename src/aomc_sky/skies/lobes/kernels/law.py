@@ -34,7 +34,7 @@ import numpy as np
 from aomc_sky.kernels.arithmetic.constants import ACCEPT, LAST_TRIAL, ONE, S32, U32, U64
 from aomc_sky.kernels.arithmetic.elementary import log_of_parts, sincos_turned, split_power, uniform_f64
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
-from aomc_sky.kernels.formula import inlined_formula, select
+from aomc_sky.kernels.formula import formulas, select
 
 LOBE_COLUMNS = 9
 RANGE_COLUMNS = 4
@@ -58,7 +58,6 @@ _UPPER52 = np.uint64(0xFFFFFFFFFFFFF000)
 _MIDDLE = np.uint64(0x800)
 
 
-@inlined_formula
 def bin_of_rank(rank, before, each, rest, offset, bits, bins_per_photon, begin):
     """The bin of trial 0 of a photon: the last one whose first photon is not after this one.
 
@@ -72,7 +71,6 @@ def bin_of_rank(rank, before, each, rest, offset, bits, bins_per_photon, begin):
     return least + U64(own >= each * above + (((rest * above << _OFFSET) + offset) >> (bits + _OFFSET)))
 
 
-@inlined_formula
 def decision_by_rank(rank, shift, step, key):
     """The word that decides trial 0: the sequence moved by up to half a turn.
 
@@ -84,7 +82,6 @@ def decision_by_rank(rank, shift, step, key):
     return shift + rank * step + ((x * _MIX_B) >> ONE)
 
 
-@inlined_formula
 def shares(part, span, t, least_b, width, least_a, count):
     """Shares a and b of the lobe nearer to and farther from the axis, neither of them 0.
 
@@ -93,7 +90,6 @@ def shares(part, span, t, least_b, width, least_a, count):
     return least_a + width * ((count - span - part) + span * (1.0 - t)), least_b + width * (part + span * t)
 
 
-@inlined_formula
 def heights_hg(a, b, g):
     """R and Z of "hg"."""
     near, far, gb = 1.0 - g, 1.0 + g, g * b
@@ -102,7 +98,6 @@ def heights_hg(a, b, g):
     return np.sqrt(4.0 * (p * q)), q - p
 
 
-@inlined_formula
 def world(radius, z, sine, cosine, m0, m1, m2, m3, m4, m5, m6, m8):
     """Travel direction: minus M (R cos, R sin, Z), normalised."""
     along, across = radius * cosine, radius * sine
@@ -113,7 +108,6 @@ def world(radius, z, sine, cosine, m0, m1, m2, m3, m4, m5, m6, m8):
     return x * scale, y * scale, up * scale
 
 
-@inlined_formula
 def beckmann_radius(a, b):
     """Root of -log(b), from a where that is small."""
     m, power = split_power(b)
@@ -122,7 +116,6 @@ def beckmann_radius(a, b):
     return np.sqrt(-log_of_parts(f, select(is_near, 0.0, power - select(is_small, 1.0, 0.0))))
 
 
-@inlined_formula
 def place_of(word, bits):
     """Uniform float64 in (0, 1) from a word without its first bits: the middles of 2^52 parts. See `unit`."""
     return np.float64(((word << bits) & _UPPER52) | _MIDDLE) * _INV64
@@ -189,3 +182,6 @@ def lobe_words(rank, lobe, proposals, shifts, steps, accept, key, band, jitter):
     number = bin_of_rank(rank, before, each, rest, offset, bits, bins_per_photon, begin)
     places = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1]
     return number, *places, decision_by_rank(rank, accept[0], accept[1], accept[2])
+
+
+formulas(bin_of_rank, decision_by_rank, shares, heights_hg, world, beckmann_radius, place_of, is_inlined=True)

@@ -15,7 +15,7 @@ from aomc_sky.kernels.arithmetic.constants import ACCEPT, LAST_TRIAL, TILT_STEP,
 from aomc_sky.kernels.arithmetic.elementary import uniform_f64, unit
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
 from aomc_sky.kernels.cells.laws import from_mu2, turned
-from aomc_sky.kernels.formula import formula, kind_of, smaller
+from aomc_sky.kernels.formula import formulas, kind_of, smaller
 from aomc_sky.skies.perez.kernels.law import SUN_VECTOR, A, B, C, D, E, first_factor, second_factor
 
 _S10 = np.int32(10)
@@ -24,7 +24,6 @@ _S52 = np.uint64(52)
 _LOW12 = np.uint32(0xFFF)
 
 
-@formula
 def tilted(u, v, cell_word):
     """The place (u, v) after the move along the luminance's slope, and J.
 
@@ -41,13 +40,11 @@ def tilted(u, v, cell_word):
     return u * (one + tilt_u * rest_u), v * (one + tilt_v * rest_v), jacobian
 
 
-@formula
 def is_taken_at_once(word, cell_word):
     """Whether the lower bound of a cell takes the photon with this word."""
     return (word >> _S52) < U64(cell_word & _LOW12)
 
 
-@formula
 def measured(x, y, z, word, bound, sun_x, sun_y, sun_z):
     """sin^2 of half the angle to the sun, mu, and the uniform number times the bound of one photon."""
     x, y, z = np.float64(x), np.float64(y), np.float64(z)
@@ -55,7 +52,6 @@ def measured(x, y, z, word, bound, sun_x, sun_y, sun_z):
     return smaller(0.25 * ((dx * dx + dy * dy) + dz * dz), 1.0), -z, uniform_f64(word) * bound
 
 
-@formula
 def is_rejected(x, y, z, jacobian, word, bound, sky):
     """Whether the luminance refuses a photon; `reject` has its steps in loops of their own."""
     sun_x, sun_y, sun_z = sky[SUN_VECTOR], sky[SUN_VECTOR + 1], sky[SUN_VECTOR + 2]
@@ -63,7 +59,6 @@ def is_rejected(x, y, z, jacobian, word, bound, sky):
     return limit >= luminance(mu, chord, sky) * np.float64(jacobian)
 
 
-@formula
 def luminance(mu, h, sky):
     """Relative luminance of the model for b <= 0; `sky` starts with a, b, c, d, e."""
     return first_factor(mu, sky[A], sky[B]) * second_factor(h, sky[C], sky[D], sky[E])
@@ -101,3 +96,6 @@ def _tilted_directions(p, u, v, cell_word):
     h0, h1, h2, half_width, t0, t1 = p
     u, v, jacobian = tilted(u, v, cell_word)
     return from_mu2(h0, h1, h2, u, *turned(t0, t1, half_width, v)), jacobian
+
+
+formulas(tilted, is_taken_at_once, measured, is_rejected, luminance)
