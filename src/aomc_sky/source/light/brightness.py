@@ -237,24 +237,24 @@ def brightness_of(speakers: Speakers, sky: str, *, is_whole: bool, warns: bool) 
     that is the whole light [perez] is not heard. `warns`: of one share for all wavebands that nobody asked for.
     """
     spectrum, callers = spectrum_said(speakers), callers_of(speakers)
-    direct = first(one.direct_irradiance for one in speakers)
-    diffuse = first(one.diffuse_irradiance for one in speakers)
-    shares = first(one.shares for one in speakers)
+    direct = first([one.direct_irradiance for one in speakers])
+    diffuse = first([one.diffuse_irradiance for one in speakers])
+    shares = first([one.shares for one in speakers])
     heard = callers if is_whole else speakers
-    amounts = first(one.perez if one.perez.has_amounts else None for one in callers)
+    amounts = first([one.perez if one.perez.has_amounts else None for one in callers])
     if amounts is not None and direct is not None:
         direct = diffuse = None  # the caller comes first
     if direct is not None and diffuse is not None:
         return PerBand(direct=np.array(direct), diffuse=np.array(diffuse))
     if amounts is None and shares is None:
-        amounts = first(one.perez if one.perez.has_amounts else None for one in heard)
+        amounts = first([one.perez if one.perez.has_amounts else None for one in heard])
     found: Brightness
     if amounts is not None:
         found = Broadband(amounts=amounts, spectrum=spectrum, warns=warns)
     elif shares is not None:
         found = Shares(table=shares)
-    elif first(one.perez.spectrum for one in heard) == SPECTRL2:
-        altitude = first(one.altitude_m for one in speakers)
+    elif first([one.perez.spectrum for one in heard]) == SPECTRL2:
+        altitude = first([one.altitude_m for one in speakers])
         found = Cloudless(air=air_said(speakers), altitude_m=altitude or 0.0)
     else:
         found = OfTheSky(sky=sky)

@@ -79,7 +79,7 @@ def light_of(
     notes = [] if answer.has_beam else _without_a_beam(speakers, sky, files)
     sun = _sun_of(speakers, answer, sky)
     light = answer.in_bands(sun, nm, sky.irradiance(sun, nm))
-    shares, has_photons = first(one.shares for one in speakers), np.ones(nm.size, bool)
+    shares, has_photons = first([one.shares for one in speakers]), np.ones(nm.size, bool)
     if shares is not None:
         light = dataclasses.replace(light, intensity=shares.intensity)
         has_photons = shares.intensity > 0 if np.any(shares.intensity > 0) else has_photons

@@ -78,7 +78,7 @@ def place_of(speakers: Speakers, sky: str, *, may_have_set: bool = False) -> Sun
             f"a sky needs the sun above the horizon, 0 to below 90 degrees, got {said.zenith_deg:g} ({said.origin}); a "
             "sun that has set needs [atmosphere] in sky.toml"
         )
-    constant = first(one.perez.model.get("extraterrestrial_normal") for one in speakers)
+    constant = first([one.perez.model.get("extraterrestrial_normal") for one in speakers])
     if moment is not None:
         constant = moment.extraterrestrial_normal if constant is None else constant * moment.distance_factor
     outside = {} if constant is None else {"extraterrestrial_normal": float(constant)}
@@ -88,6 +88,6 @@ def place_of(speakers: Speakers, sky: str, *, may_have_set: bool = False) -> Sun
         disc=bool(said.disc),
         origin=said.origin,
         distance_factor=None if moment is None else moment.distance_factor,
-        polarisation=first(one.polarisation for one in speakers),
+        polarisation=first([one.polarisation for one in speakers]),
         **outside,
     )

@@ -169,7 +169,7 @@ def _checked(section: str, values: Mapping[str, Any]) -> dict[str, Any]:
 # The first who says it.
 
 
-def first(values: Iterable[Any]) -> Any:
+def first(values: list[Any]) -> Any:
     """The first value that is not None, else None."""
     return next((value for value in values if value is not None), None)
 
@@ -194,7 +194,7 @@ def sun_said(speakers: Iterable[Said]) -> SunSection:
 
 def spectrum_said(speakers: Speakers) -> str | None:
     """How beam and sky share each waveband."""
-    found: str | None = first(one.perez.spectrum for one in speakers)
+    found: str | None = first([one.perez.spectrum for one in speakers])
     return found
 
 
@@ -205,5 +205,5 @@ def air_said(speakers: Speakers) -> dict[str, Any]:
 
 def moment_said(speakers: Speakers) -> Moment | None:
     """The time and place, or the hour of a weather file."""
-    found: Moment | None = first(one.moment for one in speakers)
+    found: Moment | None = first([one.moment for one in speakers])
     return found

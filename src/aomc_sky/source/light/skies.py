@@ -126,7 +126,7 @@ class Perez:
 
 def perez_of(speakers: Speakers, grid: PatchGrid | None = None) -> Perez:
     """The Perez sky of what speakers say; `light` shapes it where nobody does."""
-    shape = first(one.perez if one.perez.has_set else None for one in speakers)
+    shape = first([one.perez if one.perez.has_set else None for one in speakers])
     model = {name: value for one in reversed(speakers) for name, value in one.perez.model.items()}
     choices = {name: row.words[0] for name, row in MODEL.items() if row.words} | model
     if shape is not None and not shape.has_irradiances:

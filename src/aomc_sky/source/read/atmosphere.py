@@ -111,7 +111,7 @@ def atmosphere_light(
     beam = () if is_alone else tuple(sky.beam(medium.wavelength_nm))
     components = (*beam, *sky.lower(medium.wavelength_nm))
     rows = nearest_wavelength_index(bands.wavelength_nm, medium.wavelength_nm)
-    shares = first(one.shares for one in speakers)
+    shares = first([one.shares for one in speakers])
     return Light(
         components=components,
         row_of_band=rows,
