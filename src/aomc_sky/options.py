@@ -320,7 +320,7 @@ _OF_COMMANDS = (
     _flag("force", "replace another run in the folder"),
     _flag("json", "one JSON object on standard output"),
     _flag("quiet", "print warnings and errors only", short="-q"),
-    _flag("verbose", "print how the files were read", short="-v"),
+    _flag("verbose", "print how the files were read, and all notes", short="-v"),
     # info
     _flag("include_dir", "print the folder of aomc_sky.h, aomc_sky.c and aomc_sky.f90"),
     _flag("skies", "list the sky models of other packages (--sky NAME)"),

@@ -233,3 +233,30 @@ def test_format_none_emits_nothing(amc, tmp_path, told):
     assert shown["total"] == 3 * 10**18
     assert {band["mean_cosine_photons"] for band in shown["bands"]} == {None}
     manifest_of(out)
+
+
+def test_how_a_table_was_read_waits_for_v(amc, tmp_path, told):
+    """The manifest does not depend on -v, and `info`, which is asked about the file, says it always."""
+    remark, words = "note: skydist.inp read with listed values in equal bins; AOMC", ("run", amc, "--iterations", 1000)
+    short = told(*words, "--out", tmp_path / "short").out
+    assert remark not in short
+    assert "1 more note with -v\n" in short
+    long = told(*words, "--out", tmp_path / "long", "-v").out
+    assert remark in long
+    assert "more note" not in long
+    assert run_bytes(tmp_path / "short") == run_bytes(tmp_path / "long")
+    assert remark not in told(*words, "--dry-run").out
+    assert remark in told(*words, "--dry-run", "-v").out
+    assert remark in told("info", amc).out
+    assert "more note" not in told(*words, "--out", tmp_path / "as AOMC", "--compat", "aomc").out
+
+
+def test_the_remark_of_an_older_manifest_is_none_of_the_scene(amc, tmp_path):
+    out = tmp_path / "out"
+    assert run(amc, "--iterations", 1000, "--out", out, "-q") == 0
+    manifest = manifest_of(out)
+    for note, code in (("skydist.inp read with listed values in equal bins", 0), ("another note", 1)):
+        (out / "manifest.json").write_text(
+            json.dumps({**manifest, "notes": [note, *manifest["notes"]]}, indent=1) + "\n"
+        )
+        assert command("verify", out, "--scene", amc, "--iterations", 1000, "-q") == code

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from aomc_sky.source.read.table import remarks_of
 from tests.support.scenes import write_scene
 from tests.support.shared import AOMC, INPUTS, needs_shared
 
@@ -21,7 +22,7 @@ def test_document_example_means_what_the_document_says():
         np.testing.assert_allclose(source.mass(band), shares[row] / shares[row].sum(), rtol=1e-15)
         assert source.counts[band].sum() == 10_000
         assert np.all(np.abs(source.counts[band] - source.expected(band)) < 1)
-    assert "of mean cosine 0.9996, not 0.6782" in scene.notes[0]
+    assert "of mean cosine 0.9996, not 0.6782" in remarks_of(scene)[0]
 
 
 @pytest.mark.parametrize("value", ["1e300", "1e39"])
@@ -29,7 +30,7 @@ def test_values_beyond_float32(tmp_path, value):
     """The program's reading is compared without a warning of numpy's, and refused where it is asked for."""
     write_scene(tmp_path, sky_text=f"2 2 2 1\n500\n1 1 0 {value}\n1 2 1 1\n")
     scene = sky.read_scene(tmp_path)
-    assert "launch no photon" in scene.notes[0]
+    assert "launch no photon" in remarks_of(scene)[0]
     assert scene.source().total == 1000
     for options in ({"bins": "degrees", "weighting": "aomc"}, {"compat": "aomc"}):
         with pytest.raises(sky.InputFileError, match=r"skydist.inp:3:1: error\[E302\].*32-bit"):

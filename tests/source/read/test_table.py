@@ -1,4 +1,4 @@
-"""The note about the AOMC program's reading agrees with what the program launched, by its own counts."""
+"""The remark about the AOMC program's reading agrees with what the program launched, by its own counts."""
 
 import csv
 import re
@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from aomc_sky.source.read.table import remarks_of
 from tests.support.scenes import write_scene
 from tests.support.shared import DATA, INPUTS
 
@@ -40,8 +41,8 @@ def means_of_equal_bins(scene, band):
 
 
 def two_readings(scene):
-    found = NUMBERS.search(scene.notes[0])
-    assert found, scene.notes[0]
+    found = NUMBERS.search(remarks_of(scene)[0])
+    assert found, remarks_of(scene)[0]
     return found
 
 
@@ -98,13 +99,13 @@ def test_the_two_options_reproduce_it(name):
 )
 def test_what_is_said_of_the_program(tmp_path, text, options, said):
     scene = sky.read_scene(write_scene(tmp_path, sky_text=text, iterations=10_000), **options)
-    assert said in scene.notes[0]
+    assert said in remarks_of(scene)[0]
 
 
 def test_huge_values(tmp_path):
     """Their sum is beyond float64, their mean cosine is that of the two rings."""
     huge, small = (f"2 90 0 1\n500.0\n1 20 0 1.5e{power}\n1 60 0 1.5e{power}\n" for power in (308, 38))
-    assert "AOMC would launch no photon" in sky.read_scene(write_scene(tmp_path, sky_text=huge)).notes[0]
+    assert "AOMC would launch no photon" in remarks_of(sky.read_scene(write_scene(tmp_path, sky_text=huge)))[0]
     scene = sky.read_scene(write_scene(tmp_path, sky_text=small, iterations=10_000))
     mu, _ = means_of_equal_bins(scene, 0)
     assert two_readings(scene)["our_mu"] == f"{mu:.4f}"

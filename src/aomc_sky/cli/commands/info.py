@@ -187,7 +187,9 @@ def _scene(arguments: argparse.Namespace, path: Path) -> int:
         bands = zip(scene.wavebands.wavelength_nm, scene.sky_wavelength_nm, scene.n_photons, strict=True)
         rows = [(str(k), f"{w:g}", "-" if s != s else f"{s:g}", str(n)) for k, (w, s, n) in enumerate(bands, start=1)]
         named = [f"{role}: {name}" for role, name in scene.input_files.items()]
-        return "\n".join([*named, dry_run_text(scene), "", table(rows, ("band", "nm", "sky nm", "photons"))])
+        return "\n".join(
+            [*named, dry_run_text(scene, verbose=True), "", table(rows, ("band", "nm", "sky nm", "photons"))]
+        )
 
     cli_options.answer(arguments, lambda: scene_summary(scene), text)
     return 0

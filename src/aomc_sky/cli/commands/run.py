@@ -82,7 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
     if arguments.dry_run:
-        print(json.dumps(scene_summary(scene)) if arguments.json else dry_run_text(scene))
+        print(json.dumps(scene_summary(scene)) if arguments.json else dry_run_text(scene, verbose=arguments.verbose))
         return 0
     is_shown = cli_options.is_verbose(arguments)
     with status_line("sharing out the photons", enabled=is_shown):
@@ -318,15 +318,11 @@ def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path
     from aomc_sky.formats.quote import shown_notes
     from aomc_sky.outputs.manifest import RAW_NUMBERS
     from aomc_sky.outputs.photon_formats import columns_of
-    from aomc_sky.source.read.table import READING
 
-    notes, n_more = (scene.notes, 0) if verbose else shown_notes(scene.notes)
-    # notes on the AOMC program come after the table, for newcomers do not know the program
-    lines, last = (
-        [f"note: {note}" for note in notes if note.startswith(READING) is is_last] for is_last in (False, True)
-    )
-    if n_more:
-        lines.append(f"{n_more} more notes with -v")
+    notes, n_hidden = (scene.notes, 0) if verbose else shown_notes(scene.notes)
+    lines = [f"note: {note}" for note in notes]
+    remarks, more = _remarks(scene, n_hidden, verbose=verbose)
+    lines += more
     if verbose:
         lines += [f"{name}: {shown(value)}" for name, value in {**scene.input_files, **scene.options}.items()]
         drawn = ("method", "allocation", "placement", "order", "precision", "replicates")
@@ -336,7 +332,7 @@ def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path
     else:
         launched = sum(band.launched for band in result.bands)
         lines.append(tables_text(result.bands, source.plan.options))
-        lines += [*last, *[""][: len(last)]]
+        lines += [*remarks, *[""][: len(remarks)]]  # after the table, for newcomers do not know the AOMC program
         lines.append(f"{launched} photons in {len(result.bands)} wavebands, seed {source.plan.seed}")
     if result.was_finished:
         lines.append(
@@ -355,6 +351,16 @@ def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path
     if folder is None or any(name.endswith(".raw") for name in (result.manifest or {}).get("files", ())):
         lines.append(f"a raw record: {', '.join(columns_of(source))} ({RAW_NUMBERS})")
     return "\n".join([*lines, f"plan {source.plan.sha256[:16]}" + ("" if folder is None else f", folder {folder}")])
+
+
+def _remarks(scene: Scene, n_hidden: int, *, verbose: bool) -> tuple[list[str], list[str]]:
+    """Notes on how a sky file was read, and a line on notes that are not shown."""
+    from aomc_sky.source.read.table import has_remark, remarks_of
+
+    if verbose:
+        return [f"note: {remark}" for remark in remarks_of(scene)], []
+    n_hidden += has_remark(scene)
+    return [], [f"{n_hidden} more note{'s' * (n_hidden > 1)} with -v"] if n_hidden else []
 
 
 def _shard_lines(source: PhotonSource, result: JobResult) -> list[str]:
@@ -381,14 +387,15 @@ def scene_summary(scene: Scene) -> dict[str, Any]:
     }
 
 
-def dry_run_text(scene: Scene) -> str:
+def dry_run_text(scene: Scene, *, verbose: bool) -> str:
     """The text of --dry-run: what a run would model, and what it would not."""
     import numpy as np
 
     n_bands = int(np.count_nonzero(scene.n_photons))
     total = sum(int(n) for n in scene.n_photons)
     rows = np.unique(scene.row_of_band[scene.n_photons > 0]).size
-    lines = [f"note: {note}" for note in scene.notes]
+    remarks, more = _remarks(scene, 0, verbose=verbose)
+    lines = [*(f"note: {note}" for note in scene.notes), *remarks, *more]
     lines.append(f"{total} photons in {n_bands} of {scene.wavebands.n_bands} wavebands")
     for component in scene.components:
         masses = min(rows, component.mass.shape[0])

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from aomc_sky.component import Component
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments
+from aomc_sky.emission.irradiance import Moments, cell_moments, moments_of_rows
 from aomc_sky.errors import InputFileError, InputWarning, Span, UsageError
-from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values
+from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, read_skydist
 from aomc_sky.formats.text_file import lines_at
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting, aomc_weight
@@ -19,6 +20,9 @@ from aomc_sky.source.light.brightness import InBands
 from aomc_sky.source.light.place import Sun
 from aomc_sky.source.light.skies import Lowered, patterned
 from aomc_sky.wavebands import midpoint_wavelength_index
+
+if TYPE_CHECKING:
+    from aomc_sky.source.scene import Scene
 
 _HORIZON = 90  # degrees: the last zenith index that the AOMC program can use
 _MOST_ENTRIES = 20
@@ -48,11 +52,7 @@ class Table:
         sets, rows = np.unique(of_band, return_inverse=True)
         rows, of_table = rows.ravel(), self.sky.table_wavelength_nm(wavelength_nm)
         components = patterned(self.sky, self.sky.lower_rows(sets), sun, self.sky.wavelength_nm[sets], self.made_of)
-        if self.is_compat:
-            return Lowered(components=components, row_of_band=rows, table_wavelength_nm=of_table)
-        is_on_degrees = self.reading["bins"] == Bins.DEGREES.value
-        note = reading_note(self.table, self.sky, components[0], wavelength_nm, rows, is_on_degrees=is_on_degrees)
-        notes = (note, *_notes(self.table, self.sky))
+        notes = () if self.is_compat else tuple(_notes(self.table, self.sky))
         return Lowered(components=components, row_of_band=rows, notes=notes, table_wavelength_nm=of_table)
 
 
@@ -191,10 +191,34 @@ def _notes(table: SkyTable, sky: TabulatedSky) -> list[str]:
 
 
 READING = "skydist.inp read with"
-"""How the note of `reading_note` begins, which `run` prints after its table."""
+"""How the remark of `remarks_of` begins; in manifests before version 0.5 it is a note."""
 
 
-def reading_note(
+def has_remark(scene: Scene) -> bool:
+    """Whether the sky is a table that AOMC may read otherwise."""
+    return "bins" in scene.options and scene.options["compat"] is None
+
+
+def remarks_of(scene: Scene) -> list[str]:
+    """How skydist.inp was read, and what the program launches instead in the waveband that differs most.
+
+    The file is read again. The list is empty without `has_remark`.
+    """
+    if not has_remark(scene):
+        return []
+    options = scene.options
+    how = {name: options[name] for name in ("bins", "weighting", "azimuth_bins")}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InputWarning)  # they were given before
+        table = read_skydist(scene.input_files["skydist"], lenient=options["lenient"], max_memory_bytes=2**62)
+    sky, _ = tabulated_sky(table, **how)
+    wavelength_nm, is_on_degrees = scene.wavebands.wavelength_nm, how["bins"] == Bins.DEGREES.value
+    sets, rows = np.unique(sky.table_index(wavelength_nm), return_inverse=True)
+    component = sky.lower_rows(sets)[0]
+    return [_reading_remark(table, sky, component, wavelength_nm, rows.ravel(), is_on_degrees=is_on_degrees)]
+
+
+def _reading_remark(
     table: SkyTable,
     sky: TabulatedSky,
     component: Component,
@@ -202,10 +226,7 @@ def reading_note(
     rows: np.ndarray,
     is_on_degrees: bool,
 ) -> str:
-    """How the file was read, and what the program launches instead in the waveband that differs most.
-
-    `component` holds the sky as it was read, `rows` its row for each waveband.
-    """
+    """The remark on a sky as it was read, `component`; `rows` are its rows for each waveband."""
     read = f"{READING} {sky.weighting.value} values {'at whole degrees' if is_on_degrees else 'in equal bins'}"
     lit = np.argwhere(table.radiance[:, _HORIZON:] > 0)
     if lit.size:
@@ -235,12 +256,11 @@ def _moments_of_rows(component: Component, rows: set[int]) -> dict[int, Moments]
     assert component.grid is not None
     n_azimuth, moments = component.grid.n_azimuth, cell_moments((component,))
     mean_mu, inverse_mu = (values[::n_azimuth] for values in moments)
-    found = {}
-    for row in rows:
-        mass = component.mass[row]
-        ring = (mass / (mass.max() or 1.0)).reshape(-1, n_azimuth).sum(axis=1)  # sums of huge values stay finite
-        found[row] = mean_moments(ring, mean_mu, inverse_mu)
-    return found
+    masses = {row: component.mass[row] for row in rows}
+    rings = [  # sums of huge values stay finite
+        (mass / (mass.max() or 1.0)).reshape(-1, n_azimuth).sum(axis=1) for mass in masses.values()
+    ]
+    return dict(zip(masses, moments_of_rows(rings, mean_mu, inverse_mu), strict=True))
 
 
 def _moments_of_program(radiance: np.ndarray, rows: set[int]) -> dict[int, Moments]:
@@ -248,7 +268,7 @@ def _moments_of_program(radiance: np.ndarray, rows: set[int]) -> dict[int, Momen
     mu = sin_cos_deg(np.arange(1.0, radiance.shape[1] + 1))[1]
     with np.errstate(all="ignore"):
         ring = {row: aomc_weight(radiance[row]).sum(axis=1, dtype=np.float64) for row in rows}
-        return {row: mean_moments(mass, mu, 1.0 / mu) for row, mass in ring.items()}
+        return dict(zip(ring, moments_of_rows(ring.values(), mu, 1.0 / mu), strict=True))
 
 
 def _same_reading(table: SkyTable, sky: TabulatedSky, is_on_degrees: bool) -> str:
