@@ -13,7 +13,7 @@ from typing import Any
 from aomc_sky.engine.export_formats import exports
 from aomc_sky.engine.stored_run import StoredRun
 from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
-from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_names, photon_writer
+from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
 from aomc_sky.outputs.photons.files import PhotonFiles, Progress, emit_photons, photon_files, require_space, total_size
 from aomc_sky.outputs.photons.mcpl import McplWriter
 from aomc_sky.outputs.run_folder import RunFolder, create_folder, is_run_file
@@ -112,7 +112,7 @@ def target_of(run: StoredRun, options: ExportOptions) -> tuple[Path, str]:
         named = f", or a name that ends in {' or '.join(export.endings)}" if export.endings else ""
         raise UsageError(f"--out {options.out} is there and no folder; --to {options.to} takes a folder{named}")
     other_endings = {one for to in exports().values() for one in to.endings}
-    other_endings |= {Path(photon_names(one)[0]).suffix for one in PHOTON_FORMATS}
+    other_endings |= {Path(photon_writer(one).names[0]).suffix for one in PHOTON_FORMATS}
     if ending in other_endings.difference(export.endings) or (ending and export.is_strict and not is_folder):
         endings = " or ".join(filter(None, [", ".join(export.endings[:-1]), *export.endings[-1:]]))
         named = f"a name that ends in {endings} is a file, and " if endings else ""

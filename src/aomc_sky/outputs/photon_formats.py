@@ -41,17 +41,12 @@ def photon_writer(name: str) -> Any:
     return getattr(import_module(module), attribute)
 
 
-def photon_names(name: str) -> tuple[str, ...]:
-    """Names of the files of a photon format, as `PhotonWriter.names` has them."""
-    return tuple(photon_writer(name).names)
-
-
 def formats_of(file_names: Iterable[str]) -> dict[str, str]:
-    """Of those names that a file of photons has: its format. Formats behind the last one are not imported."""
+    """The format of each name that a file of photons has. Once no name is left, no further format is imported."""
     left: set[str] = {*file_names}
     found: dict[str, str] = {}
     for name in PHOTON_FORMATS:
-        own = {file for file in left if _pattern(photon_names(name)).fullmatch(file)}
+        own = {file for file in left if _pattern(photon_writer(name).names).fullmatch(file)}
         found |= dict.fromkeys(own, name)
         left -= own
         if not left:

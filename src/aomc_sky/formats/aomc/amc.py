@@ -518,7 +518,7 @@ def _read_row(
         column, span, message, advice = comma
         report.at(span, "E205", message, name=names[column], advice=advice)
         return
-    for k, (name, token, value) in enumerate(zip(names, record.tokens, record.reals, strict=False)):
+    for k, (name, token, value) in enumerate(zip(names, record.tokens, record.reals(), strict=False)):
         if not token.word:
             message = "the value is missing; Fortran does not set it"
             report.at(token, "E205", message, name=name, advice="write every value")

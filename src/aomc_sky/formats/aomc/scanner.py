@@ -128,8 +128,6 @@ class Record:
     next_line: int  #: Index of the line after the record. [0-based]
     ended_by_slash: bool  #: A slash ended the record and left values unset
     rest: str  #: The text after the last value in its line
-    #: The values as reals. A null value, and a word that is not a number, give None.
-    reals: tuple[float | None, ...] = field(init=False)
     #: How many numbers follow the last value in its line, up to the first other word.
     n_more: int = field(init=False)
     #: Whether the line begins with a word that is meant as no number, such as the sign of a comment.
@@ -137,13 +135,13 @@ class Record:
     has_comma: bool = field(init=False)  #: Whether the line of the last value has a comma
 
     def __post_init__(self) -> None:
-        reals = tuple(list_real(token.word) for token in self.tokens)
-        words = self.rest.replace(",", " ").replace(";", " ").split()
-        is_word = bool(reals) and self.tokens[0].word[:1] not in _OF_NUMBERS
-        object.__setattr__(self, "reals", reals)
-        object.__setattr__(self, "n_more", len(list(takewhile(lambda word: list_real(word) is not None, words))))
-        object.__setattr__(self, "is_text", is_word and (len(reals) == 1 or None in reals[1:]))
-        object.__setattr__(self, "has_comma", bool(reals) and "," in self.tokens[-1].text)
+        words, tokens = self.rest.replace(",", " ").replace(";", " ").split(), self.tokens
+        n_more = len(list(takewhile(lambda word: list_real(word) is not None, words))) if words else 0
+        is_word = bool(tokens) and tokens[0].word[:1] not in _OF_NUMBERS
+        is_text = is_word and (len(tokens) == 1 or any(list_real(token.word) is None for token in tokens[1:]))
+        object.__setattr__(self, "n_more", n_more)
+        object.__setattr__(self, "is_text", is_text)
+        object.__setattr__(self, "has_comma", bool(tokens) and "," in tokens[-1].text)
 
     @property
     def first_word(self) -> Token | None:
@@ -155,6 +153,10 @@ class Record:
         """The place of the first word after the last value."""
         text = self.tokens[-1].text
         return Span(self.tokens[-1].line, len(text) - len(self.rest.lstrip(" \t,;")) + 1, text)
+
+    def reals(self) -> list[float | None]:
+        """The values as reals. A null value, and a word that is not a number, give None."""
+        return [list_real(token.word) for token in self.tokens]
 
     def integers(self) -> list[int | None]:
         """The values as whole numbers. Everything else gives None."""

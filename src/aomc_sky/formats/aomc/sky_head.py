@@ -166,7 +166,7 @@ def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:
     before = report.n_errors
     wavelength = np.zeros(len(record.tokens))
     first_at: dict[float, int] = {}
-    for k, (token, value) in enumerate(zip(record.tokens, record.reals, strict=True)):
+    for k, (token, value) in enumerate(zip(record.tokens, record.reals(), strict=True)):
         if report.is_full:
             break
         if value is not None and math.isfinite(value) and value >= 0:

@@ -23,7 +23,7 @@ from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands
-from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, SOURCE, SOURCE_FILE, photon_names, photon_writer
+from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, SOURCE, SOURCE_FILE, photon_writer
 from aomc_sky.outputs.run_folder import PLAN, RunFolder, os_error
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums, photon_sums
 from aomc_sky.system import appearing, n_cpus, write_at
@@ -182,7 +182,7 @@ def photon_files(folder: RunFolder, writers: Iterable[PhotonWriter], bands: Sequ
 
 def _missing(folder: RunFolder, layouts: Sequence[FileLayout]) -> list[FileLayout]:
     """The files among these that do not exist."""
-    sizes = folder.sizes_of(layout.name for layout in layouts)
+    sizes = folder.sizes_of([layout.name for layout in layouts])
     return [one for one in layouts if sizes.get(one.name) != one.size or not folder.begins(one.name, one.head)]
 
 
@@ -226,7 +226,9 @@ class RunFiles:
         for name in PHOTON_FORMATS:
             if not left:
                 break
-            first, *others = ({pattern.format(band + 1) for band in self.bands} for pattern in photon_names(name))
+            first, *others = (
+                {pattern.format(band + 1) for band in self.bands} for pattern in photon_writer(name).names
+            )
             if not left.isdisjoint(first):
                 found.append(name)
             left.difference_update(first, *others)
@@ -243,7 +245,9 @@ class RunFiles:
 
         def is_there(part: PhotonFiles) -> bool:
             has_sizes = all(sizes.get(layout.name) == layout.size for layout in part.layouts)
-            return has_sizes and (part.is_written or not _missing(self.folder, part.layouts))
+            return has_sizes and (
+                part.is_written or all(self.folder.begins(one.name, one.head) for one in part.layouts)
+            )
 
         complete = [name for name, files in parts.items() if all(map(is_there, files))]
         complete += [SOURCE] * (SOURCE_FILE in sizes)
