@@ -268,7 +268,9 @@ def test_azimuths_by_their_statements(azimuth, of_file, brightest, tmp_path):
 def test_azimuths_that_are_asked_for(azimuth, of_file, why):
     with pytest.raises(FieldError, match=f"azimuth 'azimuth'.*{why}|{why}") as error:
         read(stating(azimuth, of_file))
-    assert error.value.problems[0].advice.startswith("write --azimuth-convention (azimuth_convention=) 'clockwise from north'")
+    assert error.value.problems[0].advice.startswith(
+        "write --azimuth-convention (azimuth_convention=) 'clockwise from north'"
+    )
     assert error.value.problems[0].field == "azimuth_convention"
 
 

@@ -230,7 +230,7 @@ class RunFolder:
                 raise ForeignOutputError(f"{self.path} holds another run (another scene, seed or options); {advice}")
         elif self.size_of(PLAN) is not None:
             if not _is_our_plan(stored):
-                raise UsageError(f"{stored} is no plan of aomc-sky, so --force keeps it; choose another --out")
+                raise UsageError(f"{stored} is no plan of aomc-sky, so --force keeps it", "choose another --out")
             others = run_files_among(names) - {MANIFEST, PLAN}
             self.require_space(n_bytes - sum(map(self.space_of, others)))
             for part in ([MANIFEST], sorted(others), [PLAN]):  # without its plan no file would be known as ours
