@@ -43,6 +43,7 @@ class Kind(Enum):
     MEMORY = auto()
     SPECTRUM = auto()  # irradiances, one for each waveband
     NAMES = auto()  # a text, or several
+    SHARES = auto()  # of components: NAME=SHARE, or a table of them
 
 
 @dataclass(frozen=True, slots=True)
@@ -306,6 +307,8 @@ _OF_COMMANDS = (
     _flag("weights", "carry weights where the launch law is not the flux law"),
     Option("replicates", "divide the photons of a band into R independent runs, and print standard errors", "R",
            kind=Kind.COUNT, default=1),
+    Option("bias", "share of the photons of a component, which then have weights; the others share the rest by their "
+           "light", "NAME=SHARE", kind=Kind.SHARES, section="photons", repeats=True),
     _waveband("waveband", "only this band, from 1"),
     # what is written and printed
     Option("out", "run folder; - with --format raw", "DIR", usual="aomc-sky-out beside the scene"),
@@ -426,7 +429,7 @@ OPTIONS = _table(*_ALL)
 """All rows by name."""
 assert len(OPTIONS) == len(_ALL), "two rows have one name"
 
-_SECTIONS = ("perez", "sun", "clear_sky", "sky", "background", "atmosphere")
+_SECTIONS = ("perez", "sun", "clear_sky", "sky", "photons", "background", "atmosphere")
 SECTIONS: dict[str, dict[str, Option]] = {
     section: {row.key or row.own_name: row for row in _ALL if row.section == section} for section in _SECTIONS
 }

@@ -6,7 +6,7 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,7 +57,7 @@ WHEN = {
 }
 DRAWN = {
     "how photons are drawn (default: the scene's preset)": "allocation method placement order precision weights "
-    "replicates",
+    "replicates bias",
 }
 MOON = {"eclipse and glowing ground under an atmosphere": " ".join(LIGHTS)}
 
@@ -136,7 +136,17 @@ def source_of(scene: Scene, arguments: argparse.Namespace) -> PhotonSource:
     """The source of a scene, by the options of `DRAWN`."""
     names = ("allocation", "method", "placement", "order", "precision", "weights", "replicates")
     chosen = {name: getattr(arguments, name) for name in names}
-    return scene.source(arguments.seed, max_memory_bytes=arguments.max_memory, **chosen)
+    bias = given_once("--bias", arguments.bias) or None
+    return scene.source(arguments.seed, max_memory_bytes=arguments.max_memory, bias=bias, **chosen)
+
+
+def given_once(option: str, pairs: Sequence[tuple[str, Any]] | None) -> dict[str, Any]:
+    """Names and values of an option that may be repeated, each name once."""
+    names = [name for name, _ in pairs or ()]
+    for name in names:
+        if names.count(name) > 1:
+            raise UsageError(f"{option} {name} is given twice")
+    return dict(pairs or ())
 
 
 def job_options(arguments: argparse.Namespace) -> JobOptions:
@@ -149,12 +159,7 @@ def job_options(arguments: argparse.Namespace) -> JobOptions:
 
 def sky_option_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
     """The argument `sky_options` of `read_scene`."""
-    given = arguments.sky_option or ()
-    names = [name for name, _ in given]
-    for name in names:
-        if names.count(name) > 1:
-            raise UsageError(f"--sky-option {name} is given twice")
-    return dict(given)
+    return given_once("--sky-option", arguments.sky_option)
 
 
 def given_options(arguments: argparse.Namespace, *names: str) -> list[str]:
@@ -263,15 +268,12 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
     for name in () if is_field else given_options(arguments, "variable_q", "variable_u", "stokes_signs", "isel"):
         raise UsageError(f"{name} is for a radiance field (.nc); {path} is none")
     stated: dict[str, Any] = {name: getattr(arguments, name) for name in FIELD}
-    named = stated.pop("coordinate") or []
-    for role, _ in named:
-        if [one for one, _ in named].count(role) > 1:
-            raise UsageError(f"--coordinate {role} is given twice")
+    named = given_once("--coordinate", stated.pop("coordinate"))
     stated["isel"] = tuple(stated["isel"] or ())
     with status_line("interpolating the sky", enabled=is_verbose(arguments)):
         from aomc_sky.formats.sky_toml.sections import FieldSection
         from aomc_sky.source.read.radiance_scene import field_scene, measured_scene
 
-        section = FieldSection(file=path, **stated, **dict(named))
+        section = FieldSection(file=path, **stated, **named)
         section.check()
         return (field_scene if is_field else measured_scene)(section, callers, **how)

@@ -214,6 +214,14 @@ def sky_option(text: str) -> tuple[str, Any]:
     return name, found["value"] if len(found) == 1 else value
 
 
+def share(text: str) -> tuple[str, float]:
+    """Name and number of NAME=SHARE."""
+    name, is_pair, number = text.rpartition("=")
+    if not is_pair or not name:
+        raise argparse.ArgumentTypeError(f"expected NAME=SHARE, for example direct=0.2, got {text!r}")
+    return name, finite_number(number)
+
+
 TYPES: dict[Kind, Callable[[Option], Callable[[str], Any] | None]] = {
     Kind.WORD: lambda row: None,
     Kind.FORMAT: lambda row: None,
@@ -231,6 +239,7 @@ TYPES: dict[Kind, Callable[[Option], Callable[[str], Any] | None]] = {
     Kind.WAVELENGTH: lambda row: wavelength,
     Kind.WAVELENGTHS: lambda row: wavelengths,
     Kind.SUNS: lambda row: suns,
+    Kind.SHARES: lambda row: share,
     Kind.LATITUDE: lambda row: degrees("N", "S"),
     Kind.LONGITUDE: lambda row: degrees("E", "W"),
     Kind.MOMENT: lambda row: moment,

@@ -201,6 +201,13 @@ class Emitter:
         """The arguments of `emission.kernels.sampler.photon_at` after the index, for a band with photons."""
         return self._packed(band).known()
 
+    def patch_arguments(self, band: int) -> tuple[object, ...]:
+        """The arguments of `emission.kernels.sampler.make_patch` for a band with photons."""
+        packed = self._packed(band)
+        order = tuple(packed.order) if packed.order.size else None
+        cells = packed.cell_of_slot if packed.cell_of_slot.size else None
+        return order, packed.cumulative, packed.guide, packed.guide_shift, cells
+
     def number_arguments(self, band: int) -> tuple[object, ...]:
         """The last arguments of `kernels.numbers` for a band."""
         stream = self._stream(band)

@@ -13,7 +13,14 @@ from aomc_sky.errors import UsageError
 from aomc_sky.plan.plan import Plan
 
 try:
-    from aomc_sky.emission.kernels.sampler import JittedNext, compile_next, make_fill, make_sample, next_signature
+    from aomc_sky.emission.kernels.sampler import (
+        JittedNext,
+        compile_next,
+        make_fill,
+        make_patch,
+        make_sample,
+        next_signature,
+    )
     from aomc_sky.kernels.arguments import fixed_block, typed, words_of
     from aomc_sky.kernels.jit import is_off
 except (ImportError, AttributeError) as error:
@@ -26,8 +33,17 @@ _kept: list[Any] = []
 """Tables of compiled code. They live as long as the process, because the end of machine code is unknown."""
 
 
-def _require_host(plan: Plan) -> None:
-    """Refuse plans with replicates, and all plans if the compiler is off."""
+def _require_host(plan: Plan, *, weighted: bool) -> None:
+    """Refuse plans with replicates, weights that the host does not know of, and all plans if the compiler is off."""
+    if any(component.weight is not None for component in plan.components):
+        raise UsageError(
+            "a host has no weights of photons that are launched by solid angle", "make the source without weights"
+        )
+    if plan.bias is not None and not weighted:
+        raise UsageError(
+            "the photons of this source have weights, without which the light is wrong",
+            "write numba_sampler(band, weighted=True), and count photon i with weights[patch(i)]",
+        )
     if is_off():
         raise UsageError("hosts need numba's compiler", "unset NUMBA_DISABLE_JIT, or take photons in batches")
     if (replicates := plan.replicates) > 1:
@@ -94,19 +110,36 @@ class NumbaSampler:
     (True, 1000)
     """
 
-    def __init__(self, emitter: Emitter, band: int, numbers: int = 0) -> None:
-        _require_host(emitter.plan)
+    def __init__(self, emitter: Emitter, band: int, numbers: int = 0, *, weighted: bool = False) -> None:
+        _require_host(emitter.plan, weighted=weighted)
         self._emitter = emitter
         self.band = band
         self.n = emitter.n_photons(band)
         self.precision = emitter.dtype
         self.numbers = numbers
+        self._weighted = weighted
 
     def __getstate__(self) -> dict[str, Any]:  # functions hold addresses of this process: another one makes its own
-        return {"plan": self._emitter.plan, "band": self.band, "numbers": self.numbers}
+        return {"plan": self._emitter.plan, "band": self.band, "numbers": self.numbers, "weighted": self._weighted}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__init__(Emitter(state["plan"]), state["band"], state["numbers"])  # type: ignore[misc]
+        self.__init__(  # type: ignore[misc]
+            Emitter(state["plan"]), state["band"], state["numbers"], weighted=state["weighted"]
+        )
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Weight of the photons of each cell, precision of the source, (n_cell,); 1 without a bias."""
+        plan = self._emitter.plan
+        if plan.bias is None:
+            return np.ones(plan.n_cells, self.precision)
+        return (1.0 / plan.bias[plan.bands[self.band].row]).astype(self.precision)
+
+    @cached_property
+    def patch(self) -> Any:
+        """Jitted ``patch(i) -> int``: the cell of photon i, as `PhotonBatch.patch` has it."""
+        block = _Block((), self._emitter.patch_arguments(self.band))
+        return make_patch(block.as_function(), self.n)
 
     def __repr__(self) -> str:
         numbers = f", {self.numbers} numbers each" if self.numbers else ""

@@ -9,12 +9,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 import aomc_sky
 from aomc_sky.component import Component, Law
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments, moments_of_rows
 from aomc_sky.emission.photons import MAX_NUMBERS, Arrays, Photon, PhotonBatch, batch_arrays
+from aomc_sky.errors import UsageError
 from aomc_sky.float_mode import in_default_mode, require_default
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.backend import announce_photons
@@ -206,7 +208,12 @@ class PhotonSource:
     @cached_property
     def has_weights(self) -> bool:
         """Whether batches carry weights."""
-        return any(component.weight is not None for component in self.components)
+        return self.has_bias or any(component.weight is not None for component in self.components)
+
+    @property
+    def has_bias(self) -> bool:
+        """Whether photons are shared out otherwise than light."""
+        return self.plan.bias is not None
 
     @cached_property
     def has_polarisation(self) -> bool:
@@ -223,15 +230,53 @@ class PhotonSource:
         return np.zeros((self.plan.n_cells, 2)) if stokes is None else stokes
 
     def mass(self, band: int) -> np.ndarray:
-        """Probability of each cell, float64, shape (n_cell,), sum 1."""
+        """Share of the light of each cell, float64, shape (n_cell,), sum 1."""
         return self.plan.mass(self._band(band))
 
+    def launch(self, band: int) -> np.ndarray:
+        """Share of the photons of each cell, float64, shape (n_cell,), sum 1: that of the light without a bias."""
+        return self.plan.launch(self._band(band))
+
+    def component_of(self, patch: ArrayLike) -> np.ndarray:
+        """Number of the component of cells, int64, shape of `patch`: an index of `components`.
+
+        Parameters
+        ----------
+        patch : array_like, int
+            Cells, as `PhotonBatch.patch` has them. [0 to n_cell - 1]
+        """
+        cells = np.asarray(patch)
+        if cells.dtype.kind not in "iu":
+            raise UsageError(f"patch: cells have whole numbers, got an array of {cells.dtype}")
+        if cells.size and not (cells.min() >= 0 and cells.max() < self.plan.n_cells):
+            raise IndexError(f"cells run from 0 to {self.plan.n_cells - 1}, got {cells.min()} to {cells.max()}")
+        return np.searchsorted(self.plan.component_start, cells, side="right") - 1
+
+    def weights(self, band: int) -> np.ndarray:
+        """Weight of the photons of each cell, float64, shape (n_cell,): its light over its photons, 1 without a bias.
+
+        Where `weights=True` gives photons that are launched by solid angle a weight, `PhotonBatch.weight` alone has it.
+        """
+        band = self._band(band)
+        if self.plan.bias is None:
+            return np.ones(self.plan.n_cells)
+        return 1.0 / self.plan.bias[self.plan.bands[band].row]
+
+    def effective_photons(self, band: int) -> float:
+        """As many independent photons of weight 1 would have the scatter of the weights: (sum w)^2 / sum w^2."""
+        band = self._band(band)
+        if self.plan.bias is None:
+            return float(self.n_photons(band))
+        counts, weight = self.counts[band], self.weights(band)
+        squares = float(np.sum(counts * weight**2))
+        return float(np.sum(counts * weight)) ** 2 / squares if squares else 0.0
+
     def expected(self, band: int) -> np.ndarray:
-        """Requested photons x probability of each cell, float64, shape (n_cell,)."""
-        return float(self.plan.bands[self._band(band)].requested) * self.mass(band)
+        """Requested photons x share of the photons of each cell, float64, shape (n_cell,)."""
+        return float(self.plan.bands[self._band(band)].requested) * self.launch(band)
 
     def exact_moments(self, band: int) -> Moments:
-        """Exact means of mu and 1/mu of a band's photons, from the masses."""
+        """Exact means of mu and 1/mu of a band's light, from the masses."""
         return mean_moments(self.mass(band), *self.cell_moments(band))
 
     def moments_of(self, bands: Sequence[int]) -> list[Moments]:
@@ -260,12 +305,14 @@ class PhotonSource:
 
     @cached_property
     def _weight(self) -> np.ndarray:
+        if self.plan.bias is not None:
+            return (1.0 / self.plan.bias).astype(self.dtype)
         return np.hstack([c.weight for c in self.components if c.weight is not None]).astype(self.dtype)
 
     @cached_property
     def _is_in_mu(self) -> np.ndarray:
-        """Whether each cell is of law CELL_MU: the weight of its photons has a factor mu."""
-        return self.plan.law == Law.CELL_MU
+        """Whether the weight of the photons of each cell has a factor mu: those of law CELL_MU, without a bias."""
+        return (self.plan.law == Law.CELL_MU) & (not self.has_bias)
 
     def _band(self, band: int) -> int:
         band = _integer(band, "band")
@@ -355,15 +402,22 @@ class PhotonSource:
         bands = (photons_of_band(band) for band in range(self.n_bands))
         return (photon for _, photon in heapq.merge(*bands, key=operator.itemgetter(0)))
 
-    def numba_sampler(self, band: int = 0, *, numbers: int = 0) -> NumbaSampler:
+    def numba_sampler(self, band: int = 0, *, numbers: int = 0, weighted: bool = False) -> NumbaSampler:
         """Return the photons of a band as jitted functions for your own `@njit` loop; see `NumbaSampler`.
 
-        Each photon carries `numbers` further coordinates of its low-discrepancy point, 0 to 3; see `photons`.
+        Each photon carries `numbers` further coordinates of its low-discrepancy point, 0 to 3; see `photons`. The
+        photons of a source with a bias have weights: `weighted` says that the loop counts photon i with
+        `weights[patch(i)]`.
+
+        Raises
+        ------
+        UsageError
+            The photons have weights and the loop does not know; replicates; numba's compiler is off.
         """
         from aomc_sky.emission.host import NumbaSampler
 
         require_default("a sampler inside a numba loop")
-        return NumbaSampler(self._emitter, self._band(band), _checked_numbers(numbers))
+        return NumbaSampler(self._emitter, self._band(band), _checked_numbers(numbers), weighted=weighted)
 
     @in_default_mode
     def to_bytes(self) -> bytes:
@@ -375,7 +429,7 @@ class PhotonSource:
         Raises
         ------
         UsageError
-            The source has weights or replicates, which the file does not hold.
+            The source has weights, a bias or replicates, which the file does not hold.
         """
         from aomc_sky.emission.source_file import source_bytes
 

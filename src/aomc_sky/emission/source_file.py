@@ -115,6 +115,7 @@ def require_packable(plan: Plan) -> None:
     """UsageError for plans that the file cannot hold: with weights or replicates."""
     for is_there, what, advice in (
         (any(c.weight is not None for c in plan.components), "weights of photons", "make it without weights"),
+        (plan.bias is not None, "the weights of a bias", "make it without bias"),
         (plan.replicates > 1, f"{plan.replicates} replicates", "make one source per seed, each with replicates=1"),
     ):
         if is_there:

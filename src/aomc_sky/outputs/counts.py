@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +20,8 @@ COLUMNS = dict.fromkeys(
 
 The first line of a file says its version, since each version has other columns.
 """
+WEIGHT = "weight"
+"""Last column of runs whose photons are shared out otherwise than light."""
 COUNTS_FILES = ("counts.csv", "counts.npz")
 """The file of counts: as text, and for many rows."""
 
@@ -56,25 +59,28 @@ def counts_csv(source: PhotonSource, bands: list[int], masses: list[np.ndarray])
     is_lit = np.any([mass > 0 for mass in masses], axis=0)
     texts, text_of = cell_texts(source, np.flatnonzero(is_lit)), np.cumsum(is_lit) - 1
     counts = source.counts
-    lines = [",".join(COLUMNS)]
+    lines = [",".join([*COLUMNS, *([WEIGHT] if source.has_bias else [])])]
     for band, mass in zip(bands, masses, strict=True):
         plan_band = source.plan.bands[band]
         wavelength, sky = _number(plan_band.wavelength_nm), _number(plan_band.sky_wavelength_nm)
         head = f"{band + 1},{wavelength},{sky},"
         cells = np.flatnonzero(mass)
-        _, first, share_of = np.unique(mass, return_index=True, return_inverse=True)  # cells of a ring share theirs
-        expected = float(plan_band.requested) * mass[first]
+        launch = source.launch(band)
+        key = mass + 1j * launch if source.has_bias else mass  # cells of a ring share theirs
+        _, first, share_of = np.unique(key, return_index=True, return_inverse=True)
+        expected = float(plan_band.requested) * launch[first]
         pairs = zip(mass[first].tolist(), expected.tolist(), strict=True)
         shares = [f"{share!r},{photons!r}" for share, photons in pairs]
+        weights = [f",{w!r}" if source.has_bias else "" for w in source.weights(band)[first].tolist()]
         columns = (text_of[cells], share_of.ravel()[cells], counts[band, cells])
         rows = zip(*(column.tolist() for column in columns), strict=True)
-        lines += [f"{head}{texts[k]},{shares[share]},{n}" for k, share, n in rows]
+        lines += [f"{head}{texts[k]},{shares[share]},{n}{weights[share]}" for k, share, n in rows]
     return "\n".join([*lines, ""]).encode("ascii")
 
 
 def table_version(data: bytes) -> int:
     """The version of the table that a file begins with, or 0."""
-    head = data.partition(b"\n")[0].decode("ascii", "replace").split(",")
+    head = data.partition(b"\n")[0].decode("ascii", "replace").removesuffix(f",{WEIGHT}").split(",")
     return max(
         (v for v in COLUMNS.values() if head == [name for name, since in COLUMNS.items() if since <= v]), default=0
     )
@@ -86,6 +92,7 @@ def in_columns_of(found: bytes, made: bytes) -> bytes:
     if not 0 < version < table_version(made):
         return made
     kept = [k for k, since in enumerate(COLUMNS.values()) if since <= version]
+    kept += [len(COLUMNS)] * made.partition(b"\n")[0].endswith(f",{WEIGHT}".encode())
     rows = (line.split(b",") for line in made.splitlines())
     return b"".join(b",".join(row[k] for k in kept) + b"\n" for row in rows)
 
@@ -93,13 +100,15 @@ def in_columns_of(found: bytes, made: bytes) -> bytes:
 def counts_npz(source: PhotonSource, bands: list[int], masses: list[np.ndarray]) -> bytes:
     """The bytes of counts.npz: the arrays of counts.csv, shape (n_band, n_cell)."""
     buffer = io.BytesIO()
-    np.savez(
-        buffer,
-        waveband=np.array(bands, dtype=np.int64) + 1,
-        mass=np.stack(masses),
-        photons=source.counts[bands],
-        cell=np.array(cell_texts(source), dtype=np.str_),
-    )
+    arrays: dict[str, Any] = {
+        "waveband": np.array(bands, dtype=np.int64) + 1,
+        "mass": np.stack(masses),
+        "photons": source.counts[bands],
+        "cell": np.array(cell_texts(source), dtype=np.str_),
+    }
+    if source.has_bias:
+        arrays["weight"] = np.stack([source.weights(band) for band in bands])
+    np.savez(buffer, **arrays)
     return buffer.getvalue()
 
 

@@ -83,7 +83,9 @@ def build_manifest(
         "conventions": CONVENTIONS | (STOKES if source.has_polarisation else {}),
         "options": {
             "scene": scene_entries["scene"],
-            "sampling": {name: options[name] for name in sampling} | {"replicates": source.replicates},
+            "sampling": {name: options[name] for name in sampling}
+            | {"replicates": source.replicates}
+            | {name: options[name] for name in ("bias", "importance") if name in options},
             "footprint": options["footprint"],
             "formats": list(formats) or ["none"],
         },

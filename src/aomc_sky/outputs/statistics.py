@@ -99,18 +99,22 @@ class PhotonSums:
         """One sum over all photons, correctly rounded."""
         return _rounded(sum(self._sums[name]))
 
-    def mean(self, name: str) -> float | None:
-        """Mean over all photons, or None without photons; infinite if a photon is horizontal."""
-        return self.total(name) / self.n_photons if self.n_photons else None
+    def mean(self, name: str, per: str = "") -> float | None:
+        """Mean over all photons, or `per` a sum; None without photons, infinite if a photon is horizontal."""
+        return self.total(name) / self._divisor(per) if self.n_photons else None
 
-    def planar_over_scalar(self) -> float | None:
+    def planar_over_scalar(self, per: str = "") -> float | None:
         """1 / mean of 1 / mu: Ed / Eo of photons that carry equal flux, or None without photons."""
-        return self.n_photons / self.total("inverse") if self.n_photons else None
+        return self._divisor(per) / self.total("inverse") if self.n_photons else None
 
-    def standard_error(self, name: str) -> float | None:
+    def standard_error(self, name: str, per: str = "") -> float | None:
         """Standard error of `mean`, from the scatter of the replicates."""
+        counted = [_rounded(units) for units in self._sums[per]] if per else self._n_photons
         totals = np.array([_rounded(units) for units in self._sums[name]])
-        return standard_error(totals, np.array(self._n_photons, np.float64))
+        return standard_error(totals, np.array(counted, np.float64))
+
+    def _divisor(self, per: str) -> float:
+        return self.total(per) if per else self.n_photons
 
 
 def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:
@@ -147,7 +151,9 @@ def photon_sums(
         mu, inverse = functions.block_sums(uz[part])
         weights, weighted = float(end - begin), inverse
         if weight is not None:
-            weights, weighted = functions.weighted_block_sums(uz[part], weight[part])
+            weights, weighted_mu, weighted = functions.weighted_block_sums(uz[part], weight[part])
+            if source.has_bias:  # moments are those of the light
+                mu, inverse = weighted_mu, weighted
         block_sums = {"mu": mu, "inverse": inverse, "weight": weights, "weighted_inverse": weighted}
         sums.append(BlockSums(replicate=replicate, n_photons=end - begin, **block_sums))
     return sums
@@ -188,9 +194,10 @@ def band_results(source: PhotonSource, sums: Mapping[int, PhotonSums]) -> list[B
     """Compare the photons of bands with the exact values of their masses."""
     plan, exact, have_variance = source.plan, source.moments_of([*sums]), scalars_have_variance(source.plan, sums)
     names, results = plan.component_names, []
+    per = "weight" if source.has_bias else ""  # moments are those of the light
     for (band, of_band), moments, has_variance in zip(sums.items(), exact, have_variance, strict=True):
         plan_band, launched, scalar = plan.bands[band], source.launched[band], of_band.mean("weighted_inverse")
-        ratio, inverse_error = of_band.planar_over_scalar(), of_band.standard_error("inverse")
+        ratio, inverse_error = of_band.planar_over_scalar(per), of_band.standard_error("inverse", per)
         absolute = plan_band.irradiance_W_m2_nm
         result = BandResult(
             waveband=band + 1,
@@ -200,7 +207,7 @@ def band_results(source: PhotonSource, sums: Mapping[int, PhotonSums]) -> list[B
             launched=launched,
             residual=launched - plan_band.requested,
             mean_cosine_exact=finite(moments.mean_mu),
-            mean_cosine_photons=of_band.mean("mu"),
+            mean_cosine_photons=of_band.mean("mu", per),
             ed_over_eo_exact=finite(moments.planar_over_scalar),
             ed_over_eo_photons=ratio,
             horizon_loss=plan_band.horizon_loss,
@@ -208,7 +215,7 @@ def band_results(source: PhotonSource, sums: Mapping[int, PhotonSums]) -> list[B
             component_irradiance_W_m2_nm=None if absolute is None else dict(zip(names, absolute, strict=True)),
             ed_photons=of_band.mean("weight"),
             eo_photons=None if scalar is None else finite(scalar),
-            mean_cosine_standard_error=of_band.standard_error("mu"),
+            mean_cosine_standard_error=of_band.standard_error("mu", per),
             ed_over_eo_standard_error=None if inverse_error is None or ratio is None else ratio**2 * inverse_error,
             ed_standard_error=of_band.standard_error("weight"),
             eo_standard_error=of_band.standard_error("weighted_inverse"),

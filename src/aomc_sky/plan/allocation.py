@@ -338,9 +338,12 @@ class PlanBand:
 
 
 def cumulative_counts(
-    bands: Sequence[PlanBand], components: Sequence[Component], options: Mapping[str, Any]
+    bands: Sequence[PlanBand],
+    components: Sequence[Component],
+    options: Mapping[str, Any],
+    bias: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Member `cumulative` of a plan, int64 (n_replicate_band, n_cell + 1), from its masses and its options.
+    """Member `cumulative` of a plan, int64 (n_replicate_band, n_cell + 1), from its masses, bias and options.
 
     Any allocation but `aomc`, which rounds the table itself. A band without light has no photons. The replicates of a
     band share its photons evenly; the first ones take one more where some are left.
@@ -357,12 +360,14 @@ def cumulative_counts(
         if component.grid is not None
     )
     for row in range(len(components[0].mass)):
-        mass = np.concatenate([component.mass[row] for component in components])
-        if not mass.any():
+        launch = np.concatenate([component.mass[row] for component in components])
+        if not launch.any():
             continue
+        if bias is not None:
+            launch = launch * bias[row]
         own = np.flatnonzero(row_of == row)
         counts = allocate_bands(
-            mass,
+            launch,
             photons[own].tolist(),
             own.tolist(),
             method=AllocationMethod(options["allocation"]),

@@ -17,6 +17,7 @@ from aomc_sky.component import N_CELL_PARAMETERS, Component, Law, is_polarisatio
 from aomc_sky.errors import AomcSkyError, InputFileError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod, PlanBand
+from aomc_sky.plan.bias import checked_bias
 from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import (
     MAX_REPLICATES,
@@ -49,10 +50,11 @@ MEMBERS: dict[str, tuple[str, tuple[str | int, ...]]] = {
 """Type and lengths of the arrays that every plan has; equal names are equal lengths."""
 
 OPTIONAL = {
+    "bias": ("<f8", ("n_row", "n_cell")),
     "irradiance_W_m2_nm": ("<f8", ("n_band", "n_component")),
     "horizon_loss": ("<f8", ("n_band",)),
 }
-"""Arrays of plans whose absolute units are known."""
+"""Arrays of plans whose photons are shared out otherwise than light, and of those whose absolute units are known."""
 
 COMPONENT_MEMBERS = {
     "zenith_bounds_deg": ("<f8", ("n_ring", 2)),
@@ -68,6 +70,8 @@ OPTIONS = {
     *("stream", "seed", "method", "allocation", "placement", "order", "precision", "weights", "replicates"),
     *("footprint", "components", "azimuth_first_index"),
 }
+_OF_BIAS = {"bias", "importance"}
+"""Options of plans with a bias: shares of the photons by name, and the components of an importance."""
 
 _VERSIONS = {f"aomc-sky/{k}": f"aomc-sky 0.{k}" for k in (1, 2, 3)}
 _NAME = re.compile(r"[!-+\--~]([ -+\--~]{0,198}[!-+\--~])?")
@@ -101,7 +105,7 @@ def check_stream(options: Any, path: str = "plan") -> None:
 
 def _check_options(options: Any) -> None:
     check_stream(options)
-    odd = sorted(map(str, OPTIONS ^ set(options)))
+    odd = sorted(map(str, (OPTIONS | (_OF_BIAS if "bias" in options else set())) ^ set(options)))
     _require(not odd, "E955", "options", f"options that are missing or not known: {ascii(odd)[:200]}")
     try:
         as_index_within(options["seed"], "seed", 0, MAX_SEED)
@@ -192,7 +196,11 @@ def _check_shape(name: str, array: Any, dtype: str, shape: tuple[str | int, ...]
 
 
 def check_plan(
-    bands: Sequence[PlanBand], components: Sequence[Component], cumulative: np.ndarray, options: Mapping[str, Any]
+    bands: Sequence[PlanBand],
+    components: Sequence[Component],
+    cumulative: np.ndarray,
+    options: Mapping[str, Any],
+    bias: np.ndarray | None = None,
 ) -> None:
     """Raise unless photons can be made from the records of a plan: E953 (shape), E954 (values), E955 (options)."""
     _check_options(options)
@@ -221,6 +229,25 @@ def check_plan(
         _require(len(component.mass) == n_row, "E953", "mass", f"expected {n_row} rows in component {k}")
         _require((component.weight is None) == is_plain, "E953", "weight", "expected weights of all components or none")
         _check_component(component, k)
+    _check_bias(components, options, bias)
+
+
+def _check_bias(components: Sequence[Component], options: Mapping[str, Any], bias: np.ndarray | None) -> None:
+    has_options = "bias" in options
+    _require(has_options == (bias is not None), "E952", "bias", "the array and the option bias go together")
+    if bias is None:
+        return
+    is_random = options["allocation"] in (AllocationMethod.SYSTEMATIC.value, AllocationMethod.MULTINOMIAL.value)
+    message = "a bias needs systematic or multinomial allocation, and no weights of photons"
+    _require(is_random and components[0].weight is None, "E955", "options.bias", message)
+    names, mass = options["components"], np.concatenate([component.mass for component in components], axis=1)
+    shares, of_importance = options["bias"], options["importance"]
+    fits = isinstance(shares, Mapping) and isinstance(of_importance, list)
+    fits = fits and all(name in names for name in [*shares, *of_importance])
+    fits = fits and all(type(share) in (int, float) and 0 < share <= 1 for share in shares.values())
+    _require(fits, "E955", "options.bias", "expected shares of components, and components with an importance")
+    fault = checked_bias(bias, mass)
+    _require(not fault, "E954", "bias", fault)
 
 
 def _check_bands(bands: Sequence[PlanBand], n_component: int, n_row: int) -> None:

@@ -56,6 +56,8 @@ class Plan:
         Photons before each cell, one replicate band after the other.
     options : dict
         Everything else that changes photons, and names: JSON values only.
+    bias : ndarray, float64, shape (n_row, n_cell), optional
+        Photons of a cell over those that its light would get; None where photons are shared out as light is.
 
     Raises
     ------
@@ -83,10 +85,11 @@ class Plan:
     components: tuple[Component, ...]
     cumulative: np.ndarray
     options: dict[str, Any]
+    bias: np.ndarray | None = None
     _sha256: str = field(init=False, repr=False, default="")  #: once it was asked for
 
     def __post_init__(self) -> None:
-        check_plan(self.bands, self.components, self.cumulative, self.options)
+        check_plan(self.bands, self.components, self.cumulative, self.options, self.bias)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Plan) and self.sha256 == other.sha256
@@ -146,9 +149,14 @@ class Plan:
         return tuple(component.name for component in self.components)
 
     def mass(self, band: int) -> np.ndarray:
-        """Probability of each cell in a band, float64 (n_cell,), sum 1; 0 without light."""
+        """Share of the light of each cell in a band, float64 (n_cell,), sum 1; 0 without light."""
         parts = [component.mass[self.bands[band].row] for component in self.components]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    def launch(self, band: int) -> np.ndarray:
+        """Share of the photons of each cell in a band, float64 (n_cell,), sum 1; that of the light without a bias."""
+        mass = self.mass(band)
+        return mass if self.bias is None else mass * self.bias[self.bands[band].row]
 
     def masses(self, bands: Iterable[int]) -> list[np.ndarray]:
         """The `mass` of several bands."""
@@ -178,6 +186,8 @@ class Plan:
             "component_start": self.component_start,
             "keys": photon_keys(self.options["seed"], self.options["method"]),
         }
+        if self.bias is not None:
+            members["bias"] = self.bias
         for k, component in enumerate(components):
             if component.grid is not None:
                 members[f"zenith_bounds_deg_{k}"] = component.grid.zenith_bounds_deg
@@ -242,7 +252,8 @@ def from_members(members: Mapping[str, np.ndarray], options: dict[str, Any]) -> 
         for band in range(members["wavelength_nm"].size)
     )
     components = tuple(_component(members, options, k) for k in range(len(options["components"])))
-    return Plan(bands=bands, components=components, cumulative=members["cumulative"], options=options)
+    cumulative, bias = members["cumulative"], members.get("bias")
+    return Plan(bands=bands, components=components, cumulative=cumulative, options=options, bias=bias)
 
 
 def _component(members: Mapping[str, np.ndarray], options: Mapping[str, Any], k: int) -> Component:

@@ -189,7 +189,7 @@ class DirectionTests:
     def _cell_mass(self, band: int) -> np.ndarray:
         if self._dependence is Dependence.PLAN:
             return self._source.counts[band].astype(np.float64)
-        return self._source.mass(band)
+        return self._source.launch(band)
 
     def _plan_checks(self, band: int, counts: DirectionCounts, expected: np.ndarray) -> tuple[list[Check], Pulls]:
         """Only positions in cells that zones cut are free: at most 1.5 times as uneven as independent ones.
@@ -201,11 +201,11 @@ class DirectionTests:
         checks = zone_tests.by_marginals(
             zones, zone_tests.even, photons, expected, shares.loose(cell_mass), waveband=waveband
         )
-        # counts that were drawn are off the masses, not off themselves; photons off their counts show that first
+        # counts that were drawn are off the launch, not off themselves; photons off their counts show that first
         is_drawn = options["allocation"] == "multinomial" and all(check.passed for check in checks)
-        masses = photons.sum() * shares.expected(self._source.mass(band))
+        launch = photons.sum() * shares.expected(self._source.launch(band))
         if options["method"] == "iid":
-            checks += zone_tests.by_marginals(zones, zone_tests.independent, photons, masses, waveband=waveband)
+            checks += zone_tests.by_marginals(zones, zone_tests.independent, photons, launch, waveband=waveband)
 
         def variance(score: np.ndarray) -> float:
             own = float(score**2 @ expected)
@@ -214,13 +214,13 @@ class DirectionTests:
         checks += zone_tests.share_checks(zones, photons, expected, variance, waveband)
         checks += self._inside(counts, waveband, are_independent=options["placement"] == Placement.PHILOX.value)
         if is_drawn:
-            return checks, self._pulls(waveband, photons, masses)
+            return checks, self._pulls(waveband, photons, launch)
         return checks, replace(self._pulls(waveband, photons, expected), against=Against.PLAN)
 
     def _count_checks(self, band: int, counts: DirectionCounts, share: np.ndarray) -> tuple[list[Check], Pulls]:
         waveband, zones, (photons, kept) = band + 1, self.zones, counts.zone_sums[:2]
         scale = photons.sum() / share.sum()
-        expected, cell_mass = scale * share, scale * self._source.mass(band)
+        expected, cell_mass = scale * share, scale * self._source.launch(band)
 
         def variance(score: np.ndarray) -> float:
             own = float(score**2 @ expected)

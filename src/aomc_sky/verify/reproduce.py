@@ -242,7 +242,7 @@ def _counts_checks(source: PhotonSource, bands: Sequence[int]) -> Iterator[Check
     plan = source.plan
     if plan.options["allocation"] == AllocationMethod.AOMC.value:
         return
-    found, made = plan.cumulative, cumulative_counts(plan.bands, plan.components, plan.options)
+    found, made = plan.cumulative, cumulative_counts(plan.bands, plan.components, plan.options, plan.bias)
     for band in bands:
         rows = slice(band, None, source.n_bands)  # of all replicates
         differs = np.flatnonzero(np.any(np.diff(found[rows], axis=1) != np.diff(made[rows], axis=1), axis=0))
@@ -255,7 +255,11 @@ def scene_checks(plan: Plan, manifest: Mapping[str, Any], scene: Scene) -> list[
     from aomc_sky.source.read.table import READING
 
     names = ("method", "allocation", "placement", "order", "precision", "weights", "replicates")
-    made = scene.source(plan.seed, **{name: plan.options[name] for name in names}).plan
+    how = {name: plan.options[name] for name in names} | {"bias": plan.options.get("bias") or {}}
+    if plan.options.get("importance"):
+        detail = "not made again: the importance of its patches was given in Python"
+        return [Check(name="scene: plan", passed=False, detail=detail)]
+    made = scene.source(plan.seed, **how).plan
     wrong = [] if plan.sha256 == made.sha256 else [*differences(plan.options, made.options, source="the scene gives")]
     if plan.sha256 != made.sha256:
         wrong += _array_differences(plan.members(), made.members())

@@ -332,6 +332,7 @@ def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path
     else:
         launched = sum(band.launched for band in result.bands)
         lines.append(tables_text(result.bands, source.plan.options))
+        lines += _bias_lines(source)
         lines += [*remarks, *[""][: len(remarks)]]  # after the table, for newcomers do not know the AOMC program
         lines.append(f"{launched} photons in {len(result.bands)} wavebands, seed {source.plan.seed}")
     if result.was_finished:
@@ -361,6 +362,27 @@ def _remarks(scene: Scene, n_hidden: int, *, verbose: bool) -> tuple[list[str], 
         return [f"note: {remark}" for remark in remarks_of(scene)], []
     n_hidden += has_remark(scene)
     return [], [f"{n_hidden} more note{'s' * (n_hidden > 1)} with -v"] if n_hidden else []
+
+
+def _bias_lines(source: PhotonSource) -> list[str]:
+    """What the weights of a bias cost, and components that hardly have a photon."""
+    if not source.has_bias:
+        return []
+    import numpy as np
+
+    bands = [band for band in range(source.n_bands) if source.n_photons(band)]
+    share = min((source.effective_photons(band) / source.n_photons(band) for band in bands), default=1.0)
+    largest = max((float(source.weights(band)[source.launch(band) > 0].max()) for band in bands), default=1.0)
+    lines = [
+        f"photons are shared out otherwise than light: for all light they count as {share:.0%} of their number; the "
+        f"largest weight is {largest:.4g}"
+    ]
+    for band in bands:
+        expected = np.add.reduceat(source.expected(band), source.plan.component_start[:-1])
+        few = [name for name, n in zip(source.plan.component_names, expected.tolist(), strict=True) if 0 < n < 1]
+        if few:
+            lines.append(f"note: waveband {band + 1} expects less than one photon of {' and '.join(few)}")
+    return lines
 
 
 def _shard_lines(source: PhotonSource, result: JobResult) -> list[str]:

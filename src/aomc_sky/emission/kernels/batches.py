@@ -23,14 +23,17 @@ def block_sums(uz):
 
 @no_refcount
 def weighted_block_sums(uz, weight):
-    """Sums of the weight w and of w / mu, likewise."""
+    """Sums of the weight w, of w mu and of w / mu, likewise."""
     weight_sum = 0.0
+    mu_sum = 0.0
     scalar_sum = 0.0
     for j in range(uz.size):
         w = np.float64(weight[j])
+        mu = -np.float64(uz[j])
         weight_sum += w
-        scalar_sum += w / -np.float64(uz[j])
-    return weight_sum, scalar_sum
+        mu_sum += w * mu
+        scalar_sum += w / mu
+    return weight_sum, mu_sum, scalar_sum
 
 
 @no_refcount

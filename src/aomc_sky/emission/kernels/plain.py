@@ -123,10 +123,11 @@ def block_sums(uz):
 
 
 def weighted_block_sums(uz, weight):
-    """Sums of the weight w and of w / mu, likewise."""
-    w = weight.astype(np.float64)
+    """Sums of the weight w, of w mu and of w / mu, likewise."""
+    w, mu = weight.astype(np.float64), -uz.astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return _sums(w, w / -uz.astype(np.float64))
+        weight_sum, scalar_sum = _sums(w, w / mu)
+    return weight_sum, _sums(w * mu, w)[0], scalar_sum
 
 
 def _sums(first, second):

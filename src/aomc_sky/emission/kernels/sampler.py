@@ -138,6 +138,28 @@ def make_sample(hooks: tuple[str, ...], block: Any, n: int, n_numbers: int = 0) 
     return sample
 
 
+def make_patch(block: Any, n: int) -> Any:
+    """Return the jitted `patch(i)` of a band with n photons; `block` gives `Emitter.patch_arguments`."""
+    end = np.uint64(n)
+
+    @shared_inlined
+    def patch(i):
+        if _index(i) >= end:
+            raise IndexError("photon index outside the band")
+        order, cumulative, guide, guide_shift, cells = block_arguments(block())[1]
+        return _cell_of(_index(i), order, cumulative, guide, guide_shift, cells)
+
+    return patch
+
+
+@inlined
+def _cell_of(i, order, cumulative, guide, guide_shift, cells):
+    """The cell of photon i (uint64)."""
+    rank = i if order is None else rank_of_photon(i, order)
+    slot = slot_of_rank(rank, cumulative, guide, guide_shift)
+    return np.int64(slot) if cells is None else np.int64(cells[slot])
+
+
 def make_fill(next_photons: Any, block: Any, n: int, precision: np.dtype, n_numbers: int = 0) -> Any:
     """Return the jitted `fill(start, out)` of a band with n photons; `next_photons` is the function for its block."""
     rows, end = 3 + n_numbers, np.int64(n)

@@ -230,6 +230,17 @@ def indices(value: object) -> tuple[tuple[str, int], ...]:
     return tuple((str(name), index) for name, index in value.items())
 
 
+def shares(value: object) -> dict[str, float]:
+    """Read a table of names and numbers above 0, at most 1."""
+    advice = "write names of components and their shares of the photons, { direct = 0.2 }"
+    if not isinstance(value, dict):
+        raise BadValueError("E703", f"{shown_value(value)} is not a table", advice=advice)
+    for one in value.values():
+        if isinstance(one, bool) or not isinstance(one, (int, float)) or not 0 < one <= 1:
+            raise BadValueError("E704", f"{shown_value(one)} is no share, above 0 and at most 1", advice=advice)
+    return {str(name): float(one) for name, one in value.items()}
+
+
 def _moment(value: object) -> datetime.datetime | None:
     """A date with time of day, as TOML has it or as ISO 8601 text."""
     if isinstance(value, datetime.datetime):
@@ -327,6 +338,7 @@ _RULES: dict[Kind, Callable[[Option], Rule]] = {
     Kind.SKY: lambda row: sky_name(DIFFUSE_MODELS),
     Kind.INDEX: lambda row: indices,
     Kind.SIGNS: lambda row: signs,
+    Kind.SHARES: lambda row: shares,
     Kind.AZIMUTHS: lambda row: azimuth_words,
     Kind.RADIANCE_UNIT: lambda row: unit_of_radiance,
     Kind.MOMENT: lambda row: time,

@@ -199,6 +199,7 @@ class SkyToml:
     sun: SunSection = field(default_factory=SunSection)
     clear_sky: Mapping[str, Any] = field(default_factory=dict)  #: The keys that are given
     sky: SkySection = field(default_factory=SkySection)
+    photons: Mapping[str, Any] = field(default_factory=dict)  #: The keys that are given
     background: tuple[BackgroundSection, ...] = ()
     atmosphere: AtmosphereSection | None = None
 
@@ -228,6 +229,7 @@ BUILDERS: dict[str, Callable[[Mapping[str, Any]], Any]] = {
     "perez": perez_section,
     "sun": lambda values: SunSection(**values),
     "clear_sky": dict,
+    "photons": dict,
     "sky": _sky_section,
     "background": lambda values: BackgroundSection(**values),
     "atmosphere": lambda values: _atmosphere_section(values) if values else None,

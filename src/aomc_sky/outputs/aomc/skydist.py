@@ -59,8 +59,9 @@ def aomc_sky(source: PhotonSource, bands: Sequence[int] | None = None) -> AomcSk
     """
     chosen = list(range(source.n_bands) if bands is None else bands)
     n_photons = {band: source.n_photons(band) for band in chosen if source.n_photons(band)}
-    if any(component.weight is not None for component in source.components):
-        refuse(["its photons have weights, and the program has none; run it without --weights"])
+    if source.has_weights:
+        option = "--bias" if source.has_bias else "--weights"
+        refuse([f"its photons have weights, and the program has none; run it without {option}"])
     iterations, planned, total_note = max(n_photons.values(), default=0), source, ""
     if is_rounded := source.plan.options["allocation"] == AllocationMethod.AOMC.value:
         iterations = max(source.plan.bands[band].requested for band in chosen)

@@ -194,6 +194,7 @@ def scene_of_files(path: str | os.PathLike[str], callers: Speakers, reading: Rea
         notes=(*light.notes, *_notes_of_other_skies(files), *_empty_band_notes(n_photons)),
         input_files=paths,
         options={**options, "compat": compat, "lenient": reading.lenient, "wavebands": listed_bands(wavebands)},
+        bias=files.toml.photons.get("bias", {}),
     )
     if compat is None:
         scene.refuse_dark_bands()
