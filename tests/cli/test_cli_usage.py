@@ -135,7 +135,7 @@ USAGE = {
     f"{NIGHT} --time 2026-02-14": "is not a date with a time of day",
     f"{NIGHT} --time {'9' * 400}": "not finite",
     f"{NIGHT} --time 0 --utc-offset 99": "outside the range -24 to 24",
-    f"{NIGHT} --time 0 --animation cty": "the nearest is city, there are: airglow, city, starlight",
+    f"{NIGHT} --time 0 --animation cty": "the nearest is city; it has airglow, city, starlight",
     f"{NIGHT} --time 0 --wavelength 300": "300 is outside the spectra of the file, 380 to 720 nm",
     f"{NIGHT} --wavelength 550": "need --time",
     # export

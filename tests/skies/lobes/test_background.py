@@ -95,6 +95,7 @@ UP |= {"wavelength_nm": [500.0], "spectrum": [1.0]}
 BAD_KEYS = [
     {"relative_time_days": np.array([0.5, 0.25])}, {"coefficient": np.array([1.0, -1.0])},
     {"quaternion": np.zeros((2, 4))}, {"param0": np.array([0.5, 1.0])}, {"param0": np.array([0.5])},
+    {"relative_time_days": np.array([0.5, 1.5])}, {"relative_time_days": np.array([-0.5, 0.5])},
 ]  # fmt: skip
 BAD_LOBES = [
     {"param0": 1.0}, {"quaternion": np.zeros(4)}, {"quaternion": np.ones(3)}, {"spectrum": [-1.0]},
@@ -105,10 +106,18 @@ BAD_LOBES = [
 @pytest.mark.parametrize(
     ("call", "error", "words"),
     [
-        *((lambda bad=bad: background(dataclasses.replace(TWO, **bad)), SceneError, None) for bad in BAD_KEYS),
+        *((lambda bad=bad: background(dataclasses.replace(TWO, **bad)), SceneError, r"error\[E50") for bad in BAD_KEYS),
         *((lambda bad=bad: aomc_sky.WeightedLobe(**UP | bad), SceneError, None) for bad in BAD_LOBES),
         (lambda: background(animation([0.0], [1.0], curve_index=np.array([2]))), SceneError, "curve"),
-        (lambda: background(animation([0.0], [1.0], lobe_type=np.array([9], np.uint8))), UsageError, "got '9'"),
+        (
+            lambda: background(animation([0.0], [1.0], lobe_type=np.array([9], np.uint8))),
+            SceneError,
+            r"Type \[0\] is 9",
+        ),
+        (lambda: dataclasses.replace(STEADY, wavelength_nm=-STEADY.wavelength_nm), SceneError, r"is -0\.\d+ um"),
+        (lambda: dataclasses.replace(STEADY, wavelength_nm=STEADY.wavelength_nm[:1]), SceneError, "shape"),
+        (lambda: dataclasses.replace(STEADY, curves=np.array(1.0)), SceneError, "shape"),
+        (lambda: dataclasses.replace(STEADY, curves=STEADY.curves * np.inf), SceneError, "finite"),
         (lambda: background(animation([0.0], [1.0]), utc_offset_h=np.nan), SceneError, "offset"),
         (lambda: STEADY.irradiance("moon", 0.0, 500.0), UsageError, "a0"),
         (lambda: STEADY.irradiance(None, [0.0, 1.0, 2.0], [400.0, 500.0]), UsageError, "do not broadcast"),

@@ -1,6 +1,7 @@
 """Photons of lobes: compiled and plain forms agree to the bit, any split gives the same photons, hard points."""
 
 import bisect
+import dataclasses
 import functools
 import itertools
 
@@ -12,6 +13,8 @@ import aomc_sky as sky
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError
 from aomc_sky.kernels.jit import shared
+from aomc_sky.plan.laws import law_of
+from aomc_sky.skies.lobes.envelope import LAWS
 from aomc_sky.skies.lobes.kernels import law as plain_lobe
 from aomc_sky.skies.lobes.law import LobeTables
 from tests.support.emitted import empty
@@ -102,6 +105,28 @@ def test_a_lobe_has_bounds_and_no_centre():
     (lobe,) = components(LOBES[:1])
     with pytest.raises(ValueError, match="needs both shared and bounds"):
         Component(name="x", law=Law.HG, strength=np.ones(1), mass=np.ones((1, 1)), cell=lobe.cell, shared=lobe.shared)
+
+
+def test_the_laws_of_lobes_are_those_with_the_hook():
+    assert set(LAWS.values()) == {law for law in Law if law_of(law).hook == "lobes"}
+
+
+OUTSIDE = {"least b": (0, -1e-6), "b": (0, 0.5), "width": (1, 2.0), "width below 0": (1, -0.1), "a": (2, 0.7)}
+OUTSIDE |= {"half a turn": (4, 0.6), "turned back": (4, -0.1), "sine": (5, 1.1), "cosine": (6, -1.1), "bound": (7, 0.0)}
+OUTSIDE |= {"no bins": (3, 0.0), "half a bin": (3, 0.5), "bins": (3, 2.0**17), "not a number": (7, np.nan)}
+
+
+@pytest.mark.parametrize(("column", "value"), OUTSIDE.values(), ids=OUTSIDE)
+def test_cells_outside_the_envelope_are_refused(column, value):
+    """A plan with b below 0 had photons that were no number; with other ones they had another law."""
+    (lobe,) = components(LOBES[2:3])
+    bounds = lobe.bounds.copy()
+    bounds[1, column] = value
+    bad = dataclasses.replace(lobe, bounds=bounds)
+    with pytest.raises(sky.InputFileError, match=r"error\[E954\]: bounds_0: "):
+        scene((bad,), 10).source()
+    with pytest.raises(SceneError, match="lobe 'lobe 0': expected "):
+        LobeTables.of((bad,))
 
 
 def exact_begin(b, n, bits, offset):

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError, require_one_of
+from aomc_sky.formats.report import Report
 from aomc_sky.phase.vectorised import real, shape_of
 from aomc_sky.record import same_content, short_repr
+from aomc_sky.skies.lobes.file.check import check_sky, close_by_hand
 from aomc_sky.skies.lobes.file.data import Animation
 from aomc_sky.skies.lobes.horizon import mass_above_horizon
-from aomc_sky.skies.lobes.lobe import checked, slerp, vertical_in_local
-from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, checked_samples, spectra_at
+from aomc_sky.skies.lobes.lobe import slerp
+from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, spectra_at
 
 
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
@@ -52,11 +54,9 @@ class BackgroundSky:
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
-        checked_samples(self.wavelength_nm, self.curves)
-        for name, animation in self.animations.items():
-            _check(animation)
-            if np.any((animation.curve_index < 0) | (animation.curve_index >= self.curves.shape[0])):
-                raise SceneError(f"animation {name!r} names a curve that does not exist")
+        report = Report(path="background sky")
+        check_sky(self.animations, self.wavelength_nm, self.curves, report)
+        close_by_hand(report)
         if not np.all(np.isfinite(real(self.utc_offset_h))):
             raise SceneError("the UTC offset must be finite")
 
@@ -138,23 +138,6 @@ def background_at(
             time = float(animation.relative_days(unix_time_s, utc_offset_h=offset))
             lobes += _lobes(sky, animation, prefix + name, time, interpolation)
     return LobeSky(lobes=tuple(lobes), texts=tuple(dict.fromkeys(text for sky in skies for text in sky.texts)))
-
-
-def _check(animation: Animation) -> None:
-    """Refuse an animation made by hand that no file could hold."""
-    n_key = len(animation)
-    arrays = (animation.param0, animation.param1, animation.coefficient, animation.curve_index)
-    is_even = all(a.shape == (n_key,) for a in (*arrays, animation.relative_time_days))
-    if n_key == 0 or not is_even or animation.quaternion.shape != (n_key, 4):
-        raise SceneError("an animation has at least one key, and every member one value for each key")
-    for kind, param0, param1 in zip(animation.kind, animation.param0, animation.param1, strict=True):
-        checked(kind, param0, param1)
-    vertical_in_local(animation.quaternion)
-    time = animation.relative_time_days
-    if not np.all(np.isfinite(time)) or np.any(np.diff(time) < 0.0):
-        raise SceneError("the keys of an animation must be in the order of time")
-    if not np.all((animation.coefficient >= 0.0) & (animation.coefficient < np.inf)):
-        raise SceneError("the coefficient of a lobe must be finite and not negative")
 
 
 def _lobes(

@@ -10,7 +10,9 @@ from functools import partial
 import numpy as np
 
 from aomc_sky.component import CellLaw, Component, Law
+from aomc_sky.errors import SceneError
 from aomc_sky.kernels.arithmetic.constants import on_cache_lines
+from aomc_sky.skies.lobes.envelope import LAWS
 from aomc_sky.skies.lobes.horizon import masses_of_lobe
 from aomc_sky.skies.lobes.kernels.law import LINE_MARGIN, OFFSET_BITS, RANGE_COLUMNS
 from aomc_sky.skies.lobes.lobe import axis_deg
@@ -18,6 +20,7 @@ from aomc_sky.skies.lobes.patches import TiltedLobe, patch_shares
 
 _N_SHARED = 10
 _N_ENVELOPE = 8
+_ROUNDING = 1e-9
 _MAX_BINS = 2**16  # the number of a bin in its cell, and of a cell in its lobe, share one word of 32 bits
 
 
@@ -48,13 +51,17 @@ def _radiance_at(
 
 
 def _refused(cell: np.ndarray, bounds: np.ndarray | None) -> tuple[str, str, str] | None:
-    assert bounds is not None  # `tables` says so
+    if bounds is None:
+        return "bounds", "", "an envelope"
     if len(cell) != 1:
         return "component_start", f"{len(cell)} cells", "one for a lobe"
-    count = bounds[:, 3]
+    b, width, a, count, half, *turn, bound = bounds.T
     total = int(min(count.sum(), 2.0 * _MAX_BINS)) if count.min() >= 1 and np.all(count == np.rint(count)) else 0
-    is_power = 2 <= total <= _MAX_BINS and total.bit_count() == 1
-    return None if is_power else ("bounds", "", f"a power of two of whole bins, 2 to {_MAX_BINS}")
+    if not (2 <= total <= _MAX_BINS and total.bit_count() == 1):
+        return "bounds", "", f"a power of two of whole bins, 2 to {_MAX_BINS}"
+    least = np.minimum.reduce([b, width, a, half, 0.5 - half, *(1.0 - np.abs(turn))]).min()
+    is_inside = least >= 0.0 and np.all(np.abs(a + b + width * count - 1.0) <= _ROUNDING) and np.all(bound > 0.0)
+    return None if is_inside else ("bounds", "", "cells inside the plane of the envelope, and bounds above 0")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -71,15 +78,18 @@ class LobeTables:
 
     @classmethod
     def of(cls, components: Sequence[Component]) -> LobeTables:
-        """Build them from the components of a plan, in the order of their laws."""
+        """Build them from the components of a plan, in the order of their laws; SceneError for what no plan has."""
         start = np.cumsum([0, *(component.n_cells for component in components)])
         law = np.array([component.law for component in components])
-        numbers = np.flatnonzero((law >= Law.HG) & (law <= Law.BECKMANN))
+        numbers = np.flatnonzero(np.isin(law, list(LAWS.values())))
         numbers = numbers[np.argsort(law[numbers], kind="stable")]
         lobe = np.full(start[-1], -1, np.int32)
         lobe[start[numbers]] = np.arange(numbers.size)
         kinds = np.searchsorted(law[numbers], [Law.GGX, Law.BECKMANN]).astype(np.int32)
         lobes = [components[k] for k in numbers.tolist()]
+        for one in lobes:
+            if fault := _refused(one.cell, one.bounds):
+                raise SceneError(f"lobe {one.name!r}: expected {fault[2]}")
         shapes = np.concatenate([np.delete(c.shared, 7) for c in lobes if c.shared is not None])
         ranges, bins, envelopes = _envelopes([c.bounds for c in lobes if c.bounds is not None])
         return cls(lobe=lobe, cell=start[numbers], tables=(ranges, bins, shapes, envelopes, kinds))

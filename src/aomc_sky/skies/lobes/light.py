@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import os
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -70,11 +70,7 @@ def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> t
             problems.extend(error.problems)
     for section in sections:
         if (file := files.get(section.file)) is not None:
-            known = ", ".join(plain_name(one) for one in file.animations)
-            advice = f"it has {known if len(known) <= 200 else f'{known[:200]}...'}"
-            for name in dict.fromkeys(n for n in section.animation or () if n not in file.animations):
-                best = plain_name(nearest(name, file.animations))
-                message = f"{section.file} has no animation {shown_value(name)}; the nearest is {best}"
+            for message, advice in _unknown(section, file):
                 problems.append(NOWHERE.problem(toml_path, "E709", message, field="animation", advice=advice))
     if problems:
         raise InputFileError(problems)
@@ -86,6 +82,15 @@ def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> t
             skies[key] = _sky_of(files[section.file], section)
         at_their_times[section] = background_at(skies[key], section.time, interpolation=section.interpolation)
     return tuple(at_their_times[section] for section in sections)
+
+
+def _unknown(section: BackgroundSection, file: BackgroundFile) -> Iterator[tuple[str, str]]:
+    """A message and advice for each animation that a section names and its file does not have."""
+    known = ", ".join(plain_name(one) for one in file.animations)
+    for name in dict.fromkeys(n for n in section.animation or () if n not in file.animations):
+        best = plain_name(nearest(name, file.animations))
+        message = f"{section.file} has no animation {shown_value(name)}; the nearest is {best}"
+        yield message, f"it has {known if len(known) <= 200 else f'{known[:200]}...'}"
 
 
 def _sky_of(file: BackgroundFile, section: BackgroundSection) -> BackgroundSky:
@@ -141,10 +146,8 @@ def read_lobes(section: BackgroundSection, wavelength_nm: Sequence[float] | None
     UsageError: an animation that it does not have, a wavelength outside its spectra.
     """
     file = read_background_file(Path(section.file))
-    for name in section.animation or ():
-        if name not in file.animations:
-            best, listed = plain_name(nearest(name, file.animations)), ", ".join(map(plain_name, file.animations))
-            raise UsageError(f"the file has no animation {name!r}; the nearest is {best}, there are: {listed}")
+    for message, advice in _unknown(section, file):
+        raise UsageError(f"{message}; {advice}")
     low, high = file.wavelength_nm[0], file.wavelength_nm[-1]
     for value in wavelength_nm or ():
         if not low * (1 - FLOAT32_TOLERANCE) <= value <= high * (1 + FLOAT32_TOLERANCE):

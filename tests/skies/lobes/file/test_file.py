@@ -340,7 +340,7 @@ def test_texts_change_no_light_and_are_quoted(name, word, text, tmp_path):
         (12.5, 12.5, "has the value 12.5 of its attribute missing_value"),
         (12.3, ["12.3"], "has the value 12.3 of its attribute missing_value"),
         (12.3, [7.0, 12.3], "has the value 12.3 of its attribute missing_value"),
-        (9.96921e36, None, r"value \[0, 1\] is 9.96921e\+36; allowed: up to 1e\+30"),
+        (9.96921e36, None, r"value \[0, 1\] is 9.96921e\+36 W cm-2 um-1; allowed: up to 1e\+30"),
     ],
 )
 def test_a_gap_is_no_light(value, missing_value, found, tmp_path):

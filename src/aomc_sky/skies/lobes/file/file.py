@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import io
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from aomc_sky.errors import InputFileError, SceneError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.quote import quote, texts_of
 from aomc_sky.formats.radiance_unit import radiance_factor
-from aomc_sky.formats.radiance_words import LENGTH_NM, MAX_RADIANCE, doubt_of_gaps, plain_unit
+from aomc_sky.formats.radiance_words import LENGTH_NM, plain_unit
 from aomc_sky.formats.report import Report, printable
 from aomc_sky.formats.text_file import write_bytes_atomically
+from aomc_sky.skies.lobes.file.check import NM_PER_UM, SI_PER_FILE_UNIT, add, check_sky, close_by_hand
 from aomc_sky.skies.lobes.file.data import (
     Animation,
     BackgroundFile,
@@ -39,9 +38,6 @@ from aomc_sky.skies.lobes.file.hdf5_members import (
     Hdf5Members,
     read_members,
 )
-
-NM_PER_UM = 1e3
-SI_PER_FILE_UNIT = 10.0  #: W m-2 nm-1 in one W cm-2 um-1.
 
 LOBE = np.dtype(
     [
@@ -316,132 +312,35 @@ def _record(members: Hdf5Members, path: str, fields: tuple[str, ...], report: Re
 
 
 def check_background(file: BackgroundFile, report: Report) -> None:
-    """Report faults of values in arrays of the right shapes: the first of each kind and member, with their number."""
+    """Report another version than 1, and the faults of `check_sky`."""
     if file.info.format_version != 1:
         message = f"format version {file.info.format_version}; version 1 is read"
-        _add(report, "E509", "/Info/FormatVersion", message, "write 1")
-    _check_spectra(file, report)
-    for name, animation in file.animations.items():
-        _check_animation(f"/LobeAnims/{name}/Lobes", animation, len(file.curves), report)
+        add(report, "E509", "/Info/FormatVersion", message, "write 1")
+    check_sky(file.animations, file.wavelength_nm, file.curves, report)
 
 
 def check_storable(background: BackgroundFile, report: Report) -> None:
-    """Report shapes that do not fit each other, names and texts that HDF5 does not hold, numbers too large."""
-    shape = background.curves.shape
-    if background.wavelength_nm.ndim != 1 or len(shape) != 2 or shape[1] != background.wavelength_nm.size or 0 in shape:
-        message = f"shape {shape} with wavelengths of shape {background.wavelength_nm.shape}"
-        _add(report, "E505", "curves", message, "give (curves, wavelengths) and (wavelengths,), both at least 1")
+    """Report names and texts that HDF5 does not hold, and numbers too large."""
     for field in TEXTS.values():
         if not _is_text(getattr(background.info, field)):
-            _add(report, "E505", field, "a text with NUL characters or lone surrogates", "leave them out")
+            add(report, "E505", field, "a text with NUL characters or lone surrogates", "leave them out")
     for field in NUMBERS.values():
         if not 0 <= getattr(background.info, field) < 2**32:
             message = f"{getattr(background.info, field)}; allowed: 0 to 2^32 - 1"
-            _add(report, "E505", field, message, "write such a number")
+            add(report, "E505", field, message, "write such a number")
     if not background.animations:
-        _add(report, "E504", "animations", "no animation", "give at least one lobe")
+        add(report, "E504", "animations", "no animation", "give at least one lobe")
     for name, keys in background.animations.items():
         if not _is_text(name) or "/" in name or name in ("", ".", ".."):
             advice = "leave out slashes and NUL, and give it letters"
-            _add(report, "E502", repr(name), "not a name of an animation", advice)
+            add(report, "E502", repr(name), "not a name of an animation", advice)
         if not 0 <= keys.time_point_s < 2**64:
             message = f"time point {keys.time_point_s} s; allowed: 0 to 2^64 - 1"
-            _add(report, "E507", name, message, "count from 1970-01-01 UTC")
-        n = len(keys)
-        columns = (keys.param0, keys.param1, keys.coefficient, keys.curve_index, keys.relative_time_days)
-        if keys.lobe_type.ndim != 1 or any(c.shape != (n,) for c in columns) or keys.quaternion.shape != (n, 4):
-            _add(report, "E505", name, "its arrays have different lengths", "give one value for each key")
+            add(report, "E507", name, message, "count from 1970-01-01 UTC")
 
 
 def _is_text(text: str) -> bool:
     return "\0" not in text and not any("\ud800" <= c <= "\udfff" for c in text)
-
-
-def _check_spectra(file: BackgroundFile, report: Report) -> None:
-    check = partial(_add_first, report, "/SpectralSamples", "wavelength")
-    wavelength_um = file.wavelength_nm / NM_PER_UM
-    good = np.isfinite(wavelength_um) & (wavelength_um > 0.0)
-    check("E506", ~good, wavelength_um, "finite and above 0", "write micrometres")
-    if good.all():
-        decreases = np.append(False, np.diff(wavelength_um) <= 0.0)
-        check("E507", decreases, wavelength_um, "above the one before it", "sort samples and curves")
-    value = file.curves / SI_PER_FILE_UNIT
-    bad = ~(np.isfinite(value) & (value >= 0.0))
-    advice = "write W cm-2 um-1, integrated over the sphere"
-    _add_first(report, "/SpectralCurves", "value", "E506", bad, value, "finite and not negative", advice)
-    if good.all() and not bad.any() and (doubt := doubt_of_gaps(value)):
-        message, advice_of_gap = (
-            doubt[0].replace("radiance", "value"),
-            "write a value for each wavelength, or leave it out",
-        )
-        _add(report, "E506", "/SpectralCurves", message, advice_of_gap)
-    is_fill = np.isfinite(value) & (value > MAX_RADIANCE)
-    allowed = f"up to {MAX_RADIANCE:g}, no fill value"
-    _add_first(report, "/SpectralCurves", "value", "E506", is_fill, value, allowed, advice)
-
-
-def _check_animation(where: str, keys: Animation, n_curves: int, report: Report) -> None:
-    if not len(keys):
-        _add(report, "E505", where, "no lobe", "give at least one lobe")
-        return
-    check = partial(_add_first, report, where)
-    known = np.isin(keys.lobe_type, list(LobeType))
-    kinds = "1 (Henyey-Greenstein), 2 (VNDF-GGX) or 3 (VNDF-Beckmann)"
-    check("Type", "E506", ~known, keys.lobe_type, kinds, "write one of these")
-    is_hg = keys.lobe_type == LobeType.HENYEY_GREENSTEIN
-    allowed = "at least 0 and below 1 (g)"
-    negative = is_hg & (keys.param0 < 0.0)
-    check("Param0", "E506", negative, keys.param0, allowed, "turn the lobe around instead of a negative g")
-    bad = is_hg & ~negative & ~(keys.param0 < 1.0)
-    check("Param0", "E506", bad, keys.param0, allowed, "write at most 0.9999999; the file holds 32-bit floats")
-    for name, values in (("Param0", keys.param0), ("Param1", keys.param1)):
-        bad = known & ~is_hg & ~(np.isfinite(values) & (values > 0.0))
-        check(name, "E506", bad, values, "finite and above 0 (alpha)", "write a roughness")
-    bad = ~(np.isfinite(keys.coefficient) & (keys.coefficient >= 0.0))
-    check("Coeff", "E506", bad, keys.coefficient, "finite and not negative", "write a factor")
-    length = np.sqrt(np.sum(np.square(keys.quaternion), axis=1))
-    bad = ~(np.abs(length - 1.0) < 1e-6)  # every usable one has been normalised
-    allowed = "a finite quaternion (w, x, y, z) that is not 0"
-    check("LocalTransform", "E506", bad, keys.quaternion, allowed, "(1, 0, 0, 0) turns nothing")
-    bad = (keys.curve_index < 0) | (keys.curve_index >= n_curves)
-    allowed = f"below {n_curves}, the number of rows of /SpectralCurves; rows count from 0"
-    check("CurveIndex", "E508", bad, keys.curve_index, allowed, "add the curve or correct the index")
-    time = keys.relative_time_days
-    inside, allowed = np.isfinite(time), "finite"
-    if keys.reference is not ReferenceType.ABSOLUTE:
-        period = 1.0 if keys.reference is ReferenceType.DIURNAL else 7.0
-        inside &= (time >= 0.0) & (time <= period)
-        allowed = f"0 to {period:g} inclusive"
-    check("RelativeTime", "E507", ~inside, time, allowed, "write days, not seconds or hours")
-    if inside.all():
-        decreases = np.append(False, np.diff(time) < 0.0)
-        check("RelativeTime", "E507", decreases, time, "not before the lobe above", "sort the lobes")
-
-
-def _add_first(
-    report: Report,
-    where: str,
-    name: str,
-    code: str,
-    bad: np.ndarray,
-    values: np.ndarray,
-    allowed: str,
-    advice: str,
-) -> None:
-    """Report the first of the bad values and how many there are."""
-    n_bad = int(np.count_nonzero(bad))
-    if not n_bad:
-        return
-    index = tuple(int(k) for k in np.argwhere(bad)[0])
-    value = values[index]
-    message = f"({', '.join(f'{v:.7g}' for v in value)})" if np.ndim(value) else f"{value:.7g}"
-    others = f", and {n_bad - 1} more like it" if n_bad > 1 else ""
-    position = ", ".join(str(k) for k in index)
-    _add(report, code, where, f"{name} [{position}] is {message}{others}; allowed: {allowed}", advice)
-
-
-def _add(report: Report, code: str, name: str, message: str, advice: str) -> None:
-    report.add(code, message, name=printable(name), advice=advice)
 
 
 def write_background(path: str | Path, background: BackgroundFile) -> None:
@@ -466,10 +365,7 @@ def write_background(path: str | Path, background: BackgroundFile) -> None:
     check_storable(background, report)
     if not report.has_errors:
         check_background(as_stored(background), report)
-    try:
-        report.close()
-    except InputFileError as error:
-        raise SceneError(str(error)) from None
+    close_by_hand(report)
     write_bytes_atomically(path, encode_background(background))
 
 
