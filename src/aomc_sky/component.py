@@ -265,7 +265,9 @@ class CellLaw:
     axis_deg: Callable[[Component], tuple[float, float, float]] | None = None
     #: Zenith angle and azimuth of the sun of a sky, (2,). [deg]
     sun_deg: Callable[[Component], np.ndarray] | None = None
-    is_beam: bool = False  #: Whether the light comes from one direction or a disc.
+    #: Zenith angle and radius of light that comes from one direction, radius 0, or from a disc; from the six parameters
+    #: of its cell. [rad]
+    beam: Callable[[list[float]], tuple[float, float]] | None = None
     needs_patches: bool = False  #: Whether a component must have a grid.
     has_slopes: bool = False  #: Whether it has `Component.slope`.
     instead: str = ""  #: What further components can be, where a scene can have one component of the law.
@@ -286,6 +288,11 @@ class CellLaw:
     hook_tables: Callable[[Sequence[Component]], Any] | None = None
 
     @property
+    def is_beam(self) -> bool:
+        """Whether the light comes from one direction or from a disc."""
+        return self.beam is not None
+
+    @property
     def covers_sky(self) -> bool:
         """Whether its one cell covers the whole sky."""
         return self.shares is not None
@@ -294,19 +301,3 @@ class CellLaw:
 def scaled(components: Iterable[Component], factor: ArrayLike) -> list[Component]:
     """Components with their strengths times a factor, one or one for each wavelength."""
     return [dataclasses.replace(c, strength=c.strength * factor) for c in components]
-
-
-def beam_direction_deg(component: Component) -> tuple[float, float] | None:
-    """Zenith angle and azimuth of a beam or of the centre of a disc, within 1e-9 degrees; patches give None. [deg]"""
-    if component.grid is not None or component.n_cells != 1:
-        return None
-    first, second, third, fourth, sine, cosine = component.cell[0].tolist()
-    if component.law is Law.BEAM:
-        zenith = math.atan2(math.sqrt(first), math.sqrt(third))
-    elif component.law is Law.DISC:
-        zenith = math.atan2(first, second)
-    elif component.law is Law.DISC_AT_HORIZON:
-        zenith = math.acos(fourth)
-    else:
-        return None
-    return math.degrees(zenith), math.degrees(math.atan2(sine, cosine)) % 360.0

@@ -12,7 +12,8 @@ from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.source_file import source_bytes
 from aomc_sky.kernels.cells import laws as kernel_laws
 from aomc_sky.plan import laws
-from aomc_sky.plan.laws import law_of
+from aomc_sky.plan.laws import beam_deg, law_of
+from aomc_sky.verify.zones import choose_zones, fixed_directions, zone_shares
 from tests.support.emitted import compared
 from tests.support.host_scenes import WAVEBANDS, table
 from tests.support.source_files import SCENES, built, needs_gcc, source_of
@@ -27,6 +28,38 @@ def test_every_law_has_what_it_needs(law):
 
 def test_scenes_of_kernels_and_header_have_every_law():
     assert {component.law for name in SCENES for component in source_of(name, 100).components} == set(Law)
+
+
+BEAMS = {
+    Law.BEAM: sky.DirectBeam(sun_zenith_deg=41.0, sun_azimuth_deg=200.0),
+    Law.DISC: sky.DirectBeam(sun_zenith_deg=41.0, sun_azimuth_deg=200.0, radius_deg=3.0),
+    Law.DISC_AT_HORIZON: sky.DirectBeam(sun_zenith_deg=88.0, sun_azimuth_deg=200.0, radius_deg=3.0),
+}
+
+
+@pytest.mark.parametrize("law", Law)
+def test_every_beam_says_where_it_is_and_how_wide(law):
+    """Pictures, maps of radiance and the zones of `verify` ask this alone: no list of them names the laws of beams."""
+    assert law_of(law).is_beam == (law in BEAMS)
+    if law not in BEAMS:
+        return
+    (component,) = BEAMS[law].lower([550.0])
+    assert component.law is law
+    zenith, azimuth, radius = beam_deg(component)
+    assert (zenith, azimuth, radius) == pytest.approx(
+        (BEAMS[law].sun_zenith_deg, 200.0, BEAMS[law].radius_deg), abs=1e-9
+    )
+    source = sky.Scene(wavebands=[550.0], n_photons=2000, components=(component,)).source(precision="float64")
+    to_sky = -source.photons().directions
+    sine, (sin_a, cos_a) = np.sin(np.deg2rad(zenith)), (f(np.deg2rad(azimuth)) for f in (np.sin, np.cos))
+    centre = np.array([sine * cos_a, sine * sin_a, np.cos(np.deg2rad(zenith))])
+    away = np.rad2deg(2.0 * np.arcsin(np.linalg.norm(to_sky - centre, axis=1) / 2.0))
+    assert 0.99 * radius <= away.max() <= radius + 1e-9
+    fixed = fixed_directions((component,), is_centred=False)
+    assert fixed[:, 0].min() <= max(zenith - radius, 0.0)
+    assert fixed[:, 1].max() >= min(zenith + radius, 90.0)
+    zones = choose_zones(source)
+    assert zone_shares(source, zones).share.sum() == 1.0
 
 
 MOMENTS = law_of(Law.CELL_MU).moments

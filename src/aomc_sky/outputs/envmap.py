@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.component import Component, Law, beam_direction_deg
+from aomc_sky.component import Component
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.radiance import cell_irradiances, patch_radiance
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.aomc.degree_counts import carried_over
 from aomc_sky.outputs.manifest import CONVENTIONS
-from aomc_sky.plan.laws import law_of
+from aomc_sky.plan.laws import beam_deg, law_of
 
 MAP, AXES = "envmap.npy", "envmap.json"
 """The map in a folder, and the meaning of its numbers."""
@@ -179,9 +179,9 @@ def axes_of(source: PhotonSource, bands: Sequence[int], name: str = MAP) -> dict
         "irradiance_unit": unit,
         "irradiance_of_map": [sum(e for e, beam in zip(es, is_beam, strict=True) if not beam) for es in lights],
         "beams": [
-            _beam(component, [es[k] for es in lights])
+            _beam(component.name, *beam, [es[k] for es in lights])
             for k, component in enumerate(source.components)
-            if is_beam[k] and beam_direction_deg(component) is not None
+            if (beam := beam_deg(component)) is not None
         ],
         "plan_sha256": source.plan.sha256,
     }
@@ -192,15 +192,9 @@ def axes_of(source: PhotonSource, bands: Sequence[int], name: str = MAP) -> dict
     return axes
 
 
-def _beam(component: Component, irradiance: list[float]) -> dict[str, Any]:
-    zenith, azimuth = beam_direction_deg(component) or (0.0, 0.0)
-    radius = 0.0
-    if component.law is Law.DISC:
-        radius = float(np.rad2deg(np.arctan2(component.cell[0, 2], component.cell[0, 3])))
-    elif component.law is Law.DISC_AT_HORIZON:
-        radius = float(2.0 * np.rad2deg(np.arcsin(np.sqrt(component.cell[0, 2]) / 2.0)))
+def _beam(name: str, zenith: float, azimuth: float, radius: float, irradiance: list[float]) -> dict[str, Any]:
     return {
-        "name": component.name,
+        "name": name,
         "zenith_deg": zenith,
         "azimuth_deg": azimuth,
         "radius_deg": radius,

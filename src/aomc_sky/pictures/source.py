@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from aomc_sky.component import Component, Law, beam_direction_deg
+from aomc_sky.component import Component
 from aomc_sky.emission.radiance import cell_irradiances, folded, patch_radiance, point_cells
 from aomc_sky.errors import UsageError, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.picture import PHOTONS, RADIANCE, RELATIVE_RADIANCE, STOKES, Dome, Mark, Picture, Symbol, spread
-from aomc_sky.plan.laws import law_of
+from aomc_sky.plan.laws import beam_deg, law_of
 from aomc_sky.whole_number import as_index
 
 if TYPE_CHECKING:
@@ -140,8 +140,7 @@ def _notes(components: Sequence[Component], show: str) -> tuple[str, ...]:
         notes.append("Angle of the electric vector from the vertical plane, anticlockwise as one looks up at it.")
     if show == "dop":
         notes.append("Degree of the light of each patch; beams are not in it.")
-    discs = {c.law for c in components} & {Law.DISC, Law.DISC_AT_HORIZON}
-    if discs:
+    if any((beam_deg(c) or (0.0,))[-1] > 0.0 for c in components):
         notes.append("The disc of the sun is half a degree wide; its mark is not to scale.")
     return tuple(notes)
 
@@ -191,7 +190,7 @@ def marks_of(components: Iterable[Component], grid: PatchGrid, sun: Mark | None 
     """
     marks = []
     for component in components:
-        law, beam = law_of(component.law), beam_direction_deg(component)
+        law, beam = law_of(component.law), beam_deg(component)
         if beam is not None:
             marks.append(Mark(zenith_deg=beam[0], azimuth_deg=beam[1], symbol=Symbol.BEAM))
         if law.sun_deg is not None and sun is None:

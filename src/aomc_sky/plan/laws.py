@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from importlib import import_module
 
@@ -131,19 +132,23 @@ _LAWS: dict[Law, CellLaw | str] = {
         moments=_cell_mu,
         coordinate=lambda zenith_deg: 2 * np.sin(np.deg2rad(zenith_deg) / 2) ** 2,
     ),
-    Law.BEAM: CellLaw(directions=in_mu2, moments=_cell_mu2, is_beam=True),
+    Law.BEAM: CellLaw(
+        directions=in_mu2,
+        moments=_cell_mu2,
+        beam=lambda cell: (math.atan2(math.sqrt(cell[0]), math.sqrt(cell[2])), 0.0),
+    ),
     Law.DISC: CellLaw(
         directions=discs,
         moments=_disc,
         reaches_horizon=lambda cell: cell[:, 1] <= cell[:, 2],  # cos z <= sin r
-        is_beam=True,
+        beam=lambda cell: (math.atan2(cell[0], cell[1]), float(np.arctan2(cell[2], cell[3]))),
         leave_out=_NO_DISC,
     ),
     Law.DISC_AT_HORIZON: CellLaw(
         directions=discs_at_horizon,
         moments=_disc_at_horizon,
         reaches_horizon=lambda cell: np.ones(len(cell), dtype=bool),
-        is_beam=True,
+        beam=lambda cell: (math.acos(cell[3]), 2.0 * float(np.arcsin(np.sqrt(cell[2]) / 2.0))),
         leave_out=_NO_DISC,
         refused=_refused_disc_at_horizon,
     ),
@@ -178,3 +183,13 @@ def law_of(number: Law) -> CellLaw:
         place = "kernels/cells/laws.py, and its formula to direction_of in emission/kernels/emit.py and to aomc_sky.h"
         raise NotImplementedError(f"no kernel draws law {start!r}: add its number to DRAWN in {place}")
     return law
+
+
+def beam_deg(component: Component) -> tuple[float, float, float] | None:
+    """Zenith angle, azimuth and radius of a beam or a disc, within 1e-9 degrees; patches and lobes give None. [deg]"""
+    beam = law_of(component.law).beam
+    if beam is None or component.grid is not None or component.n_cells != 1:
+        return None
+    cell = component.cell[0].tolist()
+    zenith, radius = beam(cell)
+    return math.degrees(zenith), math.degrees(math.atan2(cell[4], cell[5])) % 360.0, float(np.rad2deg(radius))

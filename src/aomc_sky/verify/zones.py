@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.component import Component, Law, beam_direction_deg
+from aomc_sky.component import Component, Law
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.grid import PatchGrid
-from aomc_sky.plan.laws import law_of
+from aomc_sky.plan.laws import beam_deg, law_of
 from aomc_sky.plan.options import Placement
 
 N_ZONES = 16
@@ -44,7 +44,8 @@ def points_deg(component: Component, *, is_centred: bool) -> tuple[np.ndarray, n
 
     They are beams, patches without extent, and with `is_centred` every patch with light.
     """
-    cells = np.arange(component.n_cells if component.law is Law.BEAM else 0)
+    is_direction = law_of(component.law).is_beam and _disc_deg(component) is None
+    cells = np.arange(component.n_cells if is_direction else 0)
     if component.grid is not None:
         is_point = (component.grid.solid_angle_sr == 0) | is_centred
         cells = np.flatnonzero(is_point & (component.mass.max(axis=0) > 0))
@@ -64,8 +65,8 @@ def fixed_directions(components: Sequence[Component], *, is_centred: bool) -> np
     for component in components:
         _, zenith, azimuth = points_deg(component, is_centred=is_centred)
         parts.append(np.column_stack([zenith, zenith, azimuth, azimuth]))
-        if component.law in (Law.DISC, Law.DISC_AT_HORIZON):
-            parts.append(_around_disc(component))
+        if (disc := _disc_deg(component)) is not None:
+            parts.append(_around_disc(*disc))
     fixed = np.concatenate(parts)
     lowest = np.sin(np.deg2rad(np.maximum(fixed[:, 0], 0.01)))
     margin = np.column_stack([np.full(len(fixed), MARGIN_DEG), MARGIN_DEG + MARGIN_DEG / lowest])
@@ -74,23 +75,19 @@ def fixed_directions(components: Sequence[Component], *, is_centred: bool) -> np
     return fixed
 
 
-def _around_disc(disc: Component) -> np.ndarray:
+def _around_disc(zenith: float, azimuth: float, radius: float) -> np.ndarray:
     """Rectangle around a disc, (1, 4); all azimuths if the disc contains the zenith."""
-    (zenith, azimuth), (third, fourth) = _centre_deg(disc), disc.cell[0, 2:4]
-    radius = np.arctan2(third, fourth) if disc.law is Law.DISC else 2 * np.arcsin(np.sqrt(third) / 2)
-    half = 180.0 if _holds_zenith(disc) else np.rad2deg(np.arcsin(np.sin(radius) / np.sin(np.deg2rad(zenith))))
-    r = np.rad2deg(radius)
-    return np.array([[max(zenith - r, 0.0), min(zenith + r, 90.0), azimuth - half, azimuth + half]])
+    half = 180.0
+    if radius < zenith:
+        half = float(np.rad2deg(np.arcsin(np.sin(np.deg2rad(radius)) / np.sin(np.deg2rad(zenith)))))
+    return np.array([[max(zenith - radius, 0.0), min(zenith + radius, 90.0), azimuth - half, azimuth + half]])
 
 
-def _centre_deg(disc: Component) -> tuple[float, float]:
-    direction = beam_direction_deg(disc)
-    assert direction is not None
-    return direction
-
-
-def _holds_zenith(component: Component) -> bool:
-    return component.law is Law.DISC and bool(component.cell[0, 2] >= component.cell[0, 0])
+def _disc_deg(component: Component) -> tuple[float, float, float] | None:
+    """Zenith angle, azimuth and radius of a disc; None for other components. [deg]"""
+    beam, law = beam_deg(component), law_of(component.law).beam
+    assert beam is not None or law is None or law(component.cell[0].tolist())[1] == 0.0, "a disc has one cell"
+    return None if beam is None or beam[2] == 0.0 else beam
 
 
 def choose_zones(source: PhotonSource) -> PatchGrid:
@@ -112,7 +109,8 @@ def choose_zones(source: PhotonSource) -> PatchGrid:
     zenith = _edges(targets, zenith[(zenith > 0) & (zenith < 90)], fixed[:, :2], 90.0)
     zenith = np.concatenate([[0.0], zenith, [90.0]])
     azimuth = _edges(np.arange(N_ZONES) * 360.0 / N_ZONES, azimuth, fixed[is_sector, 2:], 360.0)
-    is_lopsided = any(_holds_zenith(c) and c.cell[0, 0] > 0 for c in source.components)
+    discs = [disc for disc in map(_disc_deg, source.components) if disc is not None]
+    is_lopsided = any(0.0 < zenith <= radius for zenith, _, radius in discs)
     azimuth = np.array([0.0, 360.0]) if is_lopsided or not azimuth.size else np.append(azimuth, azimuth[0] + 360.0)
     return PatchGrid(
         zenith_bounds_deg=np.column_stack([zenith[:-1], zenith[1:]]),
@@ -169,14 +167,15 @@ def zone_shares(source: PhotonSource, zones: PatchGrid, band: int = 0, *, is_flu
     """
     start, parts = 0, []
     for component in components_seen(source, band):
-        if law_of(component.law).covers_sky or _holds_zenith(component):
+        disc = _disc_deg(component)
+        if law_of(component.law).covers_sky or (disc is not None and disc[2] >= disc[0]):
             mass = (law_of(component.law).shares or _disc_around_zenith)(component, zones)
             zone = np.flatnonzero(mass > 0)
             parts.append((np.full(zone.size, start), zone, mass[zone] / mass[zone].sum()))
         else:
             cell, zenith, azimuth = points_deg(component, is_centred=at_centres(source))
-            if component.law in (Law.DISC, Law.DISC_AT_HORIZON):  # edges keep clear of the disc, so any point will do
-                cell, (zenith, azimuth) = np.zeros(1, np.int64), np.array([_centre_deg(component)]).T
+            if disc is not None:  # edges keep clear of the disc, so any point will do
+                cell, (zenith, azimuth) = np.zeros(1, np.int64), np.array([disc[:2]]).T
             parts.append((cell + start, zones.patch_of(np.minimum(zenith, 90.0), azimuth), np.ones(cell.size)))
             if component.grid is not None and not at_centres(source):
                 parts.append(_parts_of_patches(component, component.grid, zones, start, is_flux=is_flux))

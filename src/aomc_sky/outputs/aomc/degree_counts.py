@@ -7,12 +7,12 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from aomc_sky.component import Component, Law, beam_direction_deg, cells_of_grid
+from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.plan.laws import law_of
+from aomc_sky.plan.laws import beam_deg, law_of
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
 
@@ -43,18 +43,18 @@ def photon_reasons(n_photons: dict[int, int]) -> list[str]:
 
 def whole_degree(component: Component) -> tuple[int, int] | None:
     """Zenith angle and azimuth of a beam from whole degrees, or None for other components."""
-    direction = beam_direction_deg(component)
-    if direction is None or component.law is not Law.BEAM:
+    beam = beam_deg(component)
+    if beam is None or beam[2] > 0.0:
         return None
-    zenith, azimuth = (round(angle) for angle in direction)
-    is_there = 1 <= zenith <= LAST_ZENITH_DEG and np.allclose(direction, (zenith, azimuth), rtol=0, atol=1e-9)
+    zenith, azimuth = (round(angle) for angle in beam[:2])
+    is_there = 1 <= zenith <= LAST_ZENITH_DEG and np.allclose(beam[:2], (zenith, azimuth), rtol=0, atol=1e-9)
     return (zenith, azimuth % 360) if is_there else None
 
 
 def _beam_reason(component: Component, n_photons: int) -> str:
-    direction, cure = beam_direction_deg(component), law_of(component.law).leave_out
-    if component.law is Law.BEAM and direction is not None:
-        zenith, azimuth = min(max(round(direction[0]), 1), LAST_ZENITH_DEG), round(direction[1]) % 360
+    beam, cure = beam_deg(component), law_of(component.law).leave_out
+    if beam is not None and beam[2] == 0.0:
+        zenith, azimuth = min(max(round(beam[0]), 1), LAST_ZENITH_DEG), round(beam[1]) % 360
         cure = f"run it with --sun-zenith {zenith} --sun-azimuth {azimuth}"
     return (
         f"component {component.name!r} (law {component.law.name}) sends {n_photons} photons, but the program's sky "

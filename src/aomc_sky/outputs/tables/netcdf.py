@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import aomc_sky
-from aomc_sky.component import Component, beam_direction_deg
+from aomc_sky.component import Component
 from aomc_sky.directions import AzimuthConvention
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.radiance import cell_irradiances, patch_radiance
@@ -19,6 +19,7 @@ from aomc_sky.formats.netcdf import EXTRA, open_netcdf
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.plan.laws import beam_deg
 from aomc_sky.system import prepare_target
 
 _LONG_NAMES = {
@@ -121,10 +122,10 @@ def _component_variables(source: PhotonSource, component: Component, cells: slic
         shape = (source.n_bands, component.grid.n_zenith, component.grid.n_azimuth)
     elif component.n_cells > 1:
         dimensions, shape = ("waveband", f"cell{ending}"), (source.n_bands, component.n_cells)
-    direction = beam_direction_deg(component)
+    beam = beam_deg(component)
     about: dict[str, Any] = {"component": component.name, "law": component.law.name}
-    if direction is not None:
-        about |= {"zenith_deg": direction[0], "azimuth_deg": direction[1]}
+    if beam is not None:
+        about |= {"zenith_deg": beam[0], "azimuth_deg": beam[1]}
     part = f"patch, component {component.name}" if component.grid is not None else f"component {component.name}"
     return {
         f"{name}{ending}": variable(dimensions, array.reshape(shape), _LONG_NAMES[name].format(part=part), "1", **about)
