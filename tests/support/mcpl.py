@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from aomc_sky.formats.mcpl.file import read_mcpl
-from aomc_sky.formats.mcpl.header import COUNT_OFFSET
 from aomc_sky.outputs.photons.mcpl import MAX_CELLS, MEV_NM, PHOTON, McplWriter
 
+COUNT_OFFSET = 8
+"""Where the head of a file has the number of particles. [bytes]"""
 _VECTORS = [(name, "f8", (3,)) for name in ("polarisation", "position", "direction")]
 _LAST = [("time", "f8"), ("weight", "f8"), ("pdgcode", "i4"), ("userflags", "u4")]
 PARTICLE = np.dtype([("ekin", "f8"), *_VECTORS, *_LAST])

@@ -26,7 +26,6 @@ class Dimension(Enum):
     """Kind of a quantity."""
 
     LENGTH = "length"
-    RECIPROCAL_LENGTH = "reciprocal length"
     AREA = "area"
 
 
@@ -40,20 +39,15 @@ AU_M = 149_597_870_700
 
 UNITS: dict[Dimension, dict[str, Fraction]] = {
     Dimension.LENGTH: {**_metres("nm um mm m km Mm Gm", 1, ""), "AU": Fraction(AU_M)},
-    Dimension.RECIPROCAL_LENGTH: _metres("nm um mm m km Mm Gm", -1, "^-1"),
     Dimension.AREA: _metres("am fm pm nm um mm cm m km Mm Gm", 2, "^2"),
 }
-"""Units of every dimension and what they are in metres, square metres or per metre."""
+"""Units of every dimension and what they are in metres or square metres."""
 
-_EXAMPLES = {
-    Dimension.LENGTH: "120 km",
-    Dimension.RECIPROCAL_LENGTH: "0.5 km^-1",
-    Dimension.AREA: "0.04 fm^2",
-}
+_EXAMPLES = {Dimension.LENGTH: "120 km", Dimension.AREA: "0.04 fm^2"}
 
 
 def parse_quantity(text: str, dimension: Dimension) -> Fraction:
-    """Read ``120 km``, a decimal number without exponent and a unit of `UNITS`: exact value in m, m-1 or m2."""
+    """Read ``120 km``, a decimal number without exponent and a unit of `UNITS`: exact value in m or m2."""
     if len(text) > 2 * MAX_DIGITS:
         raise BadValueError("E401", f"the value has {len(text)} characters; at most {2 * MAX_DIGITS} are read")
     match, units, example = _QUANTITY.match(text), UNITS[dimension], _EXAMPLES[dimension]

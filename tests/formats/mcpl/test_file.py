@@ -11,9 +11,9 @@ import pytest
 
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.mcpl.file import check_mcpl, read_mcpl
-from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader, encode_header
+from aomc_sky.formats.mcpl.header import McplHeader, encode_header
 from tests.support.limits import MOST_CPU_S, answers_within_limits
-from tests.support.mcpl import encoded, oracle, random_particles
+from tests.support.mcpl import COUNT_OFFSET, encoded, oracle, random_particles
 
 N = 400
 FULL = {

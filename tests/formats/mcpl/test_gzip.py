@@ -11,9 +11,9 @@ import pytest
 
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.mcpl.file import check_mcpl, read_mcpl
-from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader, encode_header
+from aomc_sky.formats.mcpl.header import McplHeader, encode_header
 from tests.support.limits import answers_within_limits
-from tests.support.mcpl import encoded, oracle, random_particles
+from tests.support.mcpl import COUNT_OFFSET, encoded, oracle, random_particles
 
 N = 400
 HEADER = McplHeader(n_particles=3, weight=1.0, pdg_code=22, has_user_flags=True, comments=("first",))

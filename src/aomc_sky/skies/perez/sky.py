@@ -271,13 +271,13 @@ class PerezSky(Share):
         beam, diffuse = max(self.dni, 0.0) * math.cos(self.sun_zenith_rad), max(self.dhi, 0.0)
         return beam / (beam + diffuse) if beam > 0 else 0.0
 
-    def missing_beam(self, advice: str = "") -> str:
+    def missing_beam(self) -> str:
         """Sentence for a scene of this sky without a beam, with what to write; empty where no beam is known of."""
         share = self.beam_share
         if not share:
             return ""
         zenith, azimuth = np.rad2deg([self.sun_zenith_rad, self.sun_azimuth_rad])
-        advice = advice or (
+        advice = (
             f"give this sky strength={1 - share:.4g} and add "
             f"sky.DirectBeam(sun_zenith_deg={zenith:.6g}, sun_azimuth_deg={azimuth:.6g}, strength={share:.4g})"
         )
