@@ -42,7 +42,7 @@ def short_repr(one: Any) -> str:
 
 
 def _shown(value: Any) -> str:
-    if isinstance(value, np.ndarray):
+    if isinstance(value, (np.ndarray, np.generic)):
         return f"<{value.dtype} {value.shape}>" if value.size > 6 else repr(value.tolist())
     text = repr(value)
     if len(text) <= 80:

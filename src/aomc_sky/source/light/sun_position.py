@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import re
 from dataclasses import dataclass
+from typing import Any, Generic, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,14 +22,17 @@ _EARLIEST, _LATEST = np.datetime64("1800"), np.datetime64("2199")
 _LEAP_SECOND = re.compile(r"(\d\d:\d\d):60(?!\d)")
 
 
-@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
-class SunPosition:
-    """The sun at given times and one place: arrays of the shape of the times."""
+Numbers = TypeVar("Numbers", float, np.ndarray)
 
-    zenith_deg: np.ndarray  #: true, without refraction [deg, 0 to 180]
-    apparent_zenith_deg: np.ndarray  #: as seen: air of 101 325 Pa, 12 degrees C lifts the sun by 0.5 at the horizon
-    azimuth_deg: np.ndarray  #: from +x (east) towards +y (north) [deg, 0 to 360)
-    extraterrestrial_normal: np.ndarray  #: on a surface that faces the sun outside the atmosphere [W m-2]
+
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
+class SunPosition(Generic[Numbers]):
+    """The sun at one place: numbers for one time, else arrays of the shape of the times."""
+
+    zenith_deg: Numbers  #: true, without refraction [deg, 0 to 180]
+    apparent_zenith_deg: Numbers  #: as seen: air of 101 325 Pa, 12 degrees C lifts the sun by 0.5 at the horizon
+    azimuth_deg: Numbers  #: from +x (east) towards +y (north) [deg, 0 to 360)
+    extraterrestrial_normal: Numbers  #: on a surface that faces the sun outside the atmosphere [W m-2]
 
     __eq__ = same_content
     __repr__ = short_repr
@@ -89,9 +93,17 @@ def _times(given: ArrayLike | str | datetime.datetime) -> np.ndarray:
     return array.astype("datetime64[s]")
 
 
+@overload
+def sun_position(  # type: ignore[overload-overlap]  # one time is array_like, too
+    time: str | datetime.datetime | np.datetime64, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0
+) -> SunPosition[float]: ...
+@overload
+def sun_position(
+    time: ArrayLike, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0
+) -> SunPosition[np.ndarray]: ...
 def sun_position(
     time: ArrayLike | str | datetime.datetime, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0
-) -> SunPosition:
+) -> SunPosition[Any]:
     """Position of the sun, and its irradiance outside the atmosphere; needs the extra `weather`.
 
     Light comes from the apparent zenith angle, and air masses depend on it. It equals the true zenith angle if the sun
@@ -111,7 +123,7 @@ def sun_position(
     -------
     SunPosition
         `zenith_deg` without refraction, `apparent_zenith_deg` as it is seen, `azimuth_deg` from +x (east) towards +y
-        (north), `extraterrestrial_normal` in W m-2: arrays of the shape of `time`.
+        (north), `extraterrestrial_normal` in W m-2: numbers for one time, else arrays of the shape of `time`.
 
     Raises
     ------
@@ -160,8 +172,8 @@ def sun_position(
     extraterrestrial = pvlib.irradiance.get_extra_radiation(day_of_year, **constant)
     azimuth = to_enu_azimuth_deg(angles["azimuth"].to_numpy(), AzimuthConvention.NORTH_CLOCKWISE)
     return SunPosition(
-        zenith_deg=angles["zenith"].to_numpy(dtype=np.float64).reshape(times.shape),
-        apparent_zenith_deg=angles["apparent_zenith"].to_numpy(dtype=np.float64).reshape(times.shape),
-        azimuth_deg=azimuth.reshape(times.shape),
-        extraterrestrial_normal=np.asarray(extraterrestrial, dtype=np.float64).reshape(times.shape),
+        zenith_deg=angles["zenith"].to_numpy(dtype=np.float64).reshape(times.shape)[()],
+        apparent_zenith_deg=angles["apparent_zenith"].to_numpy(dtype=np.float64).reshape(times.shape)[()],
+        azimuth_deg=azimuth.reshape(times.shape)[()],
+        extraterrestrial_normal=np.asarray(extraterrestrial, dtype=np.float64).reshape(times.shape)[()],
     )

@@ -122,7 +122,7 @@ def _moment_of_time(
     return _moment(position, f"{text}, {place}", source, names=names)
 
 
-def _moment(position: SunPosition, origin: str, source: dict[str, Any], **others: Any) -> Moment:
+def _moment(position: SunPosition[float], origin: str, source: dict[str, Any], **others: Any) -> Moment:
     angles = ("apparent_zenith_deg", "zenith_deg", "azimuth_deg")
     seen, true, azimuth = (round(float(getattr(position, name)), ANGLE_DECIMALS) for name in angles)
     return Moment(
