@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import enum
 import math
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,21 @@ from numpy.typing import ArrayLike
 from aomc_sky.errors import UsageError, floats, member_of, number
 
 C = TypeVar("C")
+FrameWord = Literal["up", "down"]
+ConventionWord = Literal[
+    "enu_from_east",
+    "north_clockwise",
+    "west_of_south",
+    "east_clockwise",
+    "north_counterclockwise",
+    "south_counterclockwise",
+    "west_clockwise",
+    "west_counterclockwise",
+    "from_sun",
+    "from_sun_clockwise",
+    "from_antisun",
+    "from_antisun_clockwise",
+]
 
 
 class Frame(enum.Enum):
@@ -67,7 +82,7 @@ class AzimuthConvention(enum.Enum):
 
 
 def to_enu_azimuth_deg(
-    azimuth_deg: ArrayLike, convention: AzimuthConvention | str, sun_azimuth_deg: float | None = None
+    azimuth_deg: ArrayLike, convention: AzimuthConvention | ConventionWord, sun_azimuth_deg: float | None = None
 ) -> np.ndarray:
     """Convert an azimuth of a named convention to ours.
 
@@ -245,7 +260,9 @@ def arcsin_deg(sine: float) -> float:
     return angle
 
 
-def travel_from_sky(sky_zenith_deg: ArrayLike, sky_azimuth_deg: ArrayLike, frame: Frame | str = Frame.UP) -> np.ndarray:
+def travel_from_sky(
+    sky_zenith_deg: ArrayLike, sky_azimuth_deg: ArrayLike, frame: Frame | FrameWord = Frame.UP
+) -> np.ndarray:
     """Travel direction of light that comes from a point of the sky.
 
     Parameters
@@ -276,7 +293,7 @@ def travel_from_sky(sky_zenith_deg: ArrayLike, sky_azimuth_deg: ArrayLike, frame
     return np.stack([-sin_z * cos_a, -sin_z * sin_a, uz], axis=-1) + 0.0
 
 
-def sky_from_travel(direction: ArrayLike, frame: Frame | str = Frame.UP) -> tuple[np.ndarray, np.ndarray]:
+def sky_from_travel(direction: ArrayLike, frame: Frame | FrameWord = Frame.UP) -> tuple[np.ndarray, np.ndarray]:
     """Sky direction that light with this travel direction comes from.
 
     Parameters
@@ -305,7 +322,7 @@ def sky_from_travel(direction: ArrayLike, frame: Frame | str = Frame.UP) -> tupl
     return sky_angles(u, frame)
 
 
-def sky_angles(u: np.ndarray, frame: Frame | str = Frame.UP) -> tuple[np.ndarray, np.ndarray]:
+def sky_angles(u: np.ndarray, frame: Frame | FrameWord = Frame.UP) -> tuple[np.ndarray, np.ndarray]:
     """`sky_from_travel` of photons that may be damaged."""
     cos_z = -u[..., 2] if member_of(Frame, frame, "frame") is Frame.UP else u[..., 2]
     zenith = np.arctan2(np.hypot(u[..., 0], u[..., 1]), cos_z)

@@ -186,8 +186,8 @@ class PhotonSource:
         return any(component.slope is not None and len(component.slope) > 1 for component in self.components)
 
     @property
-    def grid(self) -> PatchGrid | None:
-        """Patches of the first component that has any."""
+    def grid(self) -> PatchGrid | Any:  # as `Scene.irradiance`
+        """Patches of the first component that has any, or None."""
         return next((component.grid for component in self.components if component.grid is not None), None)
 
     @cached_property

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, Unpack
 
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageError, require_kind
@@ -24,7 +24,7 @@ from aomc_sky.outputs.manifest import (
     read_manifest,
     scene_part,
 )
-from aomc_sky.outputs.photon_formats import SOURCE, SOURCE_FILE, photon_writer, run_formats
+from aomc_sky.outputs.photon_formats import SOURCE, SOURCE_FILE, RunFormatWord, photon_writer, run_formats
 from aomc_sky.outputs.photons.files import (
     BLOCK,
     ChunkPool,
@@ -39,6 +39,7 @@ from aomc_sky.outputs.photons.files import (
 )
 from aomc_sky.outputs.run_folder import MANIFEST, PART, PLAN, RunFolder, check_folder, is_run_file
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_results
+from aomc_sky.plan.options import Sampling
 from aomc_sky.plan.plan import Plan
 from aomc_sky.progress import is_free, progress_bar
 from aomc_sky.source.scene import Scene
@@ -87,10 +88,10 @@ def write_run(
     out: str | os.PathLike[str],
     *,
     seed: int = 0,
-    formats: Sequence[str] = ("npy",),
+    formats: RunFormatWord | Sequence[RunFormatWord] = ("npy",),
     threads: int = 0,
     force: bool = False,
-    **sampling: Any,
+    **sampling: Unpack[Sampling],
 ) -> dict[str, Any]:
     """Write a run folder of any scene, as ``aomc-sky run`` does; `verify`, `export` and `plot` read it.
 
@@ -134,7 +135,8 @@ def write_run(
     (1000, 3)
     """
     require_kind(scene, Scene, "write_run(scene, out, seed=1)")
-    chosen = tuple(dict.fromkeys([formats] if isinstance(formats, str) else formats))
+    several = not isinstance(formats, str) and isinstance(formats, Iterable)
+    chosen: tuple[Any, ...] = tuple(dict.fromkeys(formats if several else [formats]))
     for name in chosen:
         if name not in run_formats():
             raise UsageError(f"formats are {', '.join(run_formats())}, got {name!r}")

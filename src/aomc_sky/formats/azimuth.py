@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from aomc_sky.directions import AzimuthConvention
+from typing import Literal
+
+from aomc_sky.directions import AzimuthConvention, ConventionWord
 from aomc_sky.errors import UsageError
 from aomc_sky.formats.report import quoted
 
@@ -22,6 +24,23 @@ WORDS = {
 }
 """The twelve conventions in words."""
 _KNOWN = {**WORDS, **{one.name.lower(): one for one in AzimuthConvention}}
+AzimuthWord = (
+    ConventionWord
+    | Literal[
+        "clockwise from east",
+        "clockwise from north",
+        "clockwise from south",
+        "clockwise from west",
+        "clockwise from the sun",
+        "clockwise from the antisun",
+        "counterclockwise from east",
+        "counterclockwise from north",
+        "counterclockwise from south",
+        "counterclockwise from west",
+        "counterclockwise from the sun",
+        "counterclockwise from the antisun",
+    ]
+)
 OURS = "0 is +x, growing towards +y"
 """The sentence of our own netCDF files since release 0.2."""
 

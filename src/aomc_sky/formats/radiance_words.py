@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -40,7 +40,10 @@ KEYS = {
     "decimal": "decimal",
 }
 """Keys of lines '# key: value' of a table, and what each states."""
-DECIMALS = ("point", "comma")
+AngleUnitWord = Literal["deg", "rad"]
+WavelengthUnitWord = Literal["nm", "um", "m", "angstrom"]
+DecimalWord = Literal["point", "comma"]
+DECIMALS = get_args(DecimalWord)
 
 ANGLE_DEGREES = {
     **dict.fromkeys(("deg", "degree", "degrees", "degree_true", "degrees_true"), 1.0),

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
@@ -22,6 +22,9 @@ PHOTON_FORMATS = {
 The names of files in a run folder, the files that --force removes, those that `verify` reads, and the choices of `run`
 and `export` follow from it.
 """
+
+RunFormatWord = Literal["npy", "mcpl", "raw", "source"]
+"""What `run_formats` gives, for type checkers."""
 
 SOURCE, SOURCE_FILE = "source", "source.sky"
 """The format that holds no photons, but their source for other codes; and its file in a run folder."""

@@ -13,7 +13,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.picture import MOST_PANELS, RADIANCE, Dome, Picture
 from aomc_sky.pictures.source import LOBE_BINS, lobe_note, marks_of
 from aomc_sky.progress import counted
-from aomc_sky.skies.lobes.background import BackgroundSky, background_at
+from aomc_sky.skies.lobes.background import BackgroundSky, InterpolationWord, background_at
 from aomc_sky.skies.lobes.file.data import ReferenceType
 from aomc_sky.skies.lobes.patches import patch_shares
 from aomc_sky.skies.lobes.sky import LobeSky
@@ -93,7 +93,7 @@ def moving_picture(
     times_s: Iterable[float],
     *,
     title: str = "",
-    interpolation: str = "crossfade",
+    interpolation: InterpolationWord = "crossfade",
 ) -> Picture:
     """A background sky at several times, a dome for each.
 

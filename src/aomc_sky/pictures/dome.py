@@ -8,9 +8,9 @@ import enum
 import itertools
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, Protocol, get_args
 
 import numpy as np
 
@@ -29,7 +29,8 @@ SIZES_PX = (300, 8000)
 VOID_COLOUR = "#d4d4d4"
 """Patches without light: a grey that neither colour map has."""
 
-NORMS = ("log", "linear")
+NormWord = Literal["log", "linear"]
+NORMS = get_args(NormWord)
 """Norms that have names."""
 
 _SEQUENTIAL, _DIVERGING = "viridis", "RdBu_r"  # for every kind of colour vision
@@ -56,13 +57,19 @@ def width_of(size_px: int) -> float:
     return 6.4 * math.sqrt(size_px / 960.0)
 
 
+class Normalize(Protocol):
+    """A norm of matplotlib, for type checkers: the package is optional."""
+
+    autoscale_None: Callable[..., None]  # noqa: N815
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ColourChoice:
     """Options of the colours; see `aomc_sky.plot`."""
 
     limits: Sequence[float] | None = None
     cmap: Any = None
-    norm: Any = None
+    norm: NormWord | Normalize | None = None
 
 
 USUAL_COLOURS = ColourChoice()
@@ -247,6 +254,9 @@ class Panel:
     def degrees_per_inch(self) -> float:
         """Zenith angle to an inch."""
         return 180.0 / (self.width_in - 2 * self.side_in)
+
+
+ViewWord = Literal["above", "below"]
 
 
 class View(enum.Enum):

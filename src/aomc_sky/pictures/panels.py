@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -30,7 +30,8 @@ from aomc_sky.pictures.dome import (
 )
 from aomc_sky.pictures.picture import MOST_PANELS, Picture, Symbol
 
-SCALES = ("shared", "each")
+ScaleWord = Literal["shared", "each"]
+SCALES = get_args(ScaleWord)
 """Colours of several domes: one bar for all, or a bar for each."""
 
 _PROJECTION = "Zenith in the centre, horizon at the rim, the zenith angle as radius."
@@ -51,7 +52,7 @@ def figure_of(
     size_px: int = 960,
     view: View = View.ABOVE,
     choice: ColourChoice = USUAL_COLOURS,
-    scale: str = "shared",
+    scale: ScaleWord = "shared",
     has_caption: bool = True,
 ) -> Any:
     """Draw a picture of 1 to 12 domes as a Figure with its own canvas and no window system, `size_px` dots wide.
@@ -106,7 +107,7 @@ def _letters_pt() -> float:
     return float(optional_module("matplotlib", extra=EXTRA).rcParams["font.size"])
 
 
-def draw_into(axes: Any, picture: Picture, *, view: View, choice: ColourChoice, scale: str = "shared") -> Any:
+def draw_into(axes: Any, picture: Picture, *, view: View, choice: ColourChoice, scale: ScaleWord = "shared") -> Any:
     """Draw the domes of a picture into axes that somebody has, one for each; their figure is returned."""
     require_one_of(SCALES, scale, "scale")
     every = np.atleast_1d(np.asarray(axes, dtype=object)).ravel().tolist()

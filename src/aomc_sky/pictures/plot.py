@@ -15,16 +15,16 @@ from aomc_sky.directions import AzimuthConvention, given_angle, to_enu_azimuth_d
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AomcSkyError, UsageError, floats, member_of, number, shown_value
 from aomc_sky.formats.aomc.amc import read_amc
-from aomc_sky.formats.azimuth import given_convention
+from aomc_sky.formats.azimuth import AzimuthWord, given_convention
 from aomc_sky.formats.hdf5_storage import require_size
 from aomc_sky.formats.netcdf import open_netcdf
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.picture import picture_path, save_picture
-from aomc_sky.pictures.dome import ColourChoice, View
-from aomc_sky.pictures.panels import draw_into, figure_of
+from aomc_sky.pictures.dome import ColourChoice, Normalize, NormWord, View, ViewWord
+from aomc_sky.pictures.panels import ScaleWord, draw_into, figure_of
 from aomc_sky.pictures.picture import PHOTONS, RADIANCE, Dome, Mark, Picture, Quantity, Symbol, spread
-from aomc_sky.pictures.source import source_picture, sun_mark
+from aomc_sky.pictures.source import ShowWord, source_picture, sun_mark
 from aomc_sky.skies.model import SkyModel
 from aomc_sky.skies.tabulated import TabulatedSky
 from aomc_sky.source.scene import Scene
@@ -44,21 +44,21 @@ def plot(
     what: PhotonSource | Scene | SkyModel | ArrayLike,
     path: str | Path | None = None,
     *,
-    show: str | None = None,
+    show: ShowWord | None = None,
     bands: Sequence[int] | None = None,
     wavelength_nm: float = 550.0,
     grid: PatchGrid | None = None,
     sun_deg: Sequence[float] | None = None,
     sun_rad: Sequence[float] | None = None,
-    azimuth_convention: AzimuthConvention | str = AzimuthConvention.ENU_FROM_EAST,
+    azimuth_convention: AzimuthConvention | AzimuthWord = AzimuthConvention.ENU_FROM_EAST,
     title: str = "",
     label: str | None = None,
-    seen_from: str = "above",
+    seen_from: ViewWord = "above",
     limits: Sequence[float] | None = None,
     size_px: int = 960,
-    scale: str = "shared",
+    scale: ScaleWord = "shared",
     cmap: Any = None,
-    norm: Any = None,
+    norm: NormWord | Normalize | None = None,
     caption: bool = True,
     ax: Any = None,
 ) -> Any:  # matplotlib.figure.Figure; the package is optional
@@ -183,7 +183,7 @@ def picture_of_scene(
     scene: Scene,
     source: PhotonSource,
     *,
-    show: str = "radiance",
+    show: ShowWord = "radiance",
     bands: Sequence[int] | None = None,
     sun: Mark | None = None,
     title: str = "",

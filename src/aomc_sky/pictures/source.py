@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
 
 
-SHOWN = ("radiance", "counts", "dop", "aop")
+ShowWord = Literal["radiance", "counts", "dop", "aop"]
+SHOWN = get_args(ShowWord)
 """What the colours can show of a source."""
 
 LOBE_BINS = (90, 360)
@@ -29,7 +30,7 @@ LOBE_BINS = (90, 360)
 def source_picture(
     source: PhotonSource,
     *,
-    show: str = "radiance",
+    show: ShowWord = "radiance",
     bands: Sequence[int] | None = None,
     sun: Mark | None = None,
     title: str = "",

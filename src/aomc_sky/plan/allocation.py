@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,6 +28,9 @@ from aomc_sky.whole_number import as_number_of
 
 MAX_PHOTONS = 2**62
 MAX_MULTINOMIAL = 2**53
+
+
+AllocationWord = Literal["systematic", "largest-remainder", "multinomial", "aomc"]
 
 
 class AllocationMethod(enum.Enum):
@@ -104,7 +107,11 @@ def fixed_point_cumulative(mass: ArrayLike) -> np.ndarray:
 
 @in_default_mode
 def allocate(
-    mass: ArrayLike, n_photons: int, *, method: str | AllocationMethod = AllocationMethod.SYSTEMATIC, seed: int = 0
+    mass: ArrayLike,
+    n_photons: int,
+    *,
+    method: AllocationMethod | AllocationWord = AllocationMethod.SYSTEMATIC,
+    seed: int = 0,
 ) -> np.ndarray:
     """Share photons out over masses.
 

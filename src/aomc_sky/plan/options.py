@@ -5,13 +5,20 @@ from __future__ import annotations
 import enum
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, TypedDict
 
 from aomc_sky.errors import SceneError, UsageError, member_of
-from aomc_sky.plan.allocation import AllocationMethod
+from aomc_sky.plan.allocation import AllocationMethod, AllocationWord
 from aomc_sky.whole_number import as_index_within
 
 MAX_REPLICATES = 4096
 """An error bar of so many replicates is itself known to 1.1 %."""
+
+MethodWord = Literal["stratified", "iid"]
+PlacementWord = Literal["r2", "philox", "centre"]
+OrderWord = Literal["shuffled", "patch"]
+PrecisionWord = Literal["float32", "float64"]
+ShapeWord = Literal["point", "circle", "rectangle"]
 
 
 class Method(enum.Enum):
@@ -60,6 +67,19 @@ class SamplingOptions:
     precision: Precision = Precision.FLOAT32
     weights: bool = False
     replicates: int = 1
+
+
+class Sampling(TypedDict, total=False):
+    """Arguments of `Scene.source`, for functions that pass them on."""
+
+    allocation: AllocationMethod | AllocationWord | None
+    method: MethodWord | None
+    placement: PlacementWord | None
+    order: OrderWord | None
+    precision: PrecisionWord
+    weights: bool
+    replicates: int
+    max_memory_bytes: int | None
 
 
 _IID: dict[str, enum.Enum] = {"allocation": AllocationMethod.MULTINOMIAL, "placement": Placement.PHILOX}
@@ -155,6 +175,16 @@ class Footprint:
     shape: FootprintShape = FootprintShape.POINT
     size_x_m: float = 0.0
     size_y_m: float = 0.0
+
+    if TYPE_CHECKING:  # what may be given; the fields above are what it becomes
+
+        def __init__(
+            self,
+            *,
+            shape: FootprintShape | ShapeWord = FootprintShape.POINT,
+            size_x_m: float = 0.0,
+            size_y_m: float = 0.0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "shape", member_of(FootprintShape, self.shape, "shape"))

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component
 from aomc_sky.directions import (
     AzimuthConvention,
+    ConventionWord,
     given_angle,
     one_angle,
     sky_from_travel,
@@ -67,7 +68,7 @@ class RadianceField(Share):
         Further notes of a scene.
     has_wavelength : bool
         False: the radiances serve all wavelengths, without a warning.
-    convention : AzimuthConvention
+    convention : AzimuthConvention, or its name in small letters
         That of the azimuths where they were read, for a warning of light that is not at the sun.
     polarisation : RayleighPattern, optional
         Linear polarisation of the light, which wants `sun`; without it photons carry none.
@@ -111,6 +112,26 @@ class RadianceField(Share):
     _made: dict[int, Interpolant] = field(init=False, repr=False, compare=False, default_factory=dict)
     _sky: FunctionSky = field(init=False, repr=False, compare=False)
 
+    if TYPE_CHECKING:  # what may be given; the fields above are what it becomes
+
+        def __init__(
+            self,
+            wavelength_nm: np.ndarray,
+            direction: tuple[np.ndarray, ...],
+            values: tuple[np.ndarray, ...],
+            *,
+            strength: ArrayLike | None = None,
+            irradiance_W_m2_nm: ArrayLike | None = None,
+            is_absolute: bool = False,
+            sun: np.ndarray | None = None,
+            grid: PatchGrid | None = None,
+            name: str = "measured",
+            remarks: tuple[str, ...] = (),
+            has_wavelength: bool = True,
+            convention: AzimuthConvention | ConventionWord = AzimuthConvention.ENU_FROM_EAST,
+            polarisation: RayleighPattern | None = None,
+        ) -> None: ...
+
     __eq__ = same_content
     __repr__ = short_repr
 
@@ -146,7 +167,7 @@ class RadianceField(Share):
         is_absolute: bool = False,
         grid: PatchGrid | None = None,
         remarks: tuple[str, ...] = (),
-        convention: AzimuthConvention = AzimuthConvention.ENU_FROM_EAST,
+        convention: AzimuthConvention | ConventionWord = AzimuthConvention.ENU_FROM_EAST,
         polarisation: RayleighPattern | None = None,
         strength: ArrayLike | None = None,
         irradiance_W_m2_nm: ArrayLike | None = None,

@@ -6,7 +6,7 @@ import dataclasses
 import enum
 import warnings
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid, slope_factor
 from aomc_sky.directions import AzimuthConvention, one_angle
 from aomc_sky.errors import InputWarning, SceneError, UsageError, floats, member_of, require_kind
-from aomc_sky.formats.radiance_words import Stated
+from aomc_sky.formats.azimuth import AzimuthWord
+from aomc_sky.formats.radiance_words import AngleUnitWord, Stated, WavelengthUnitWord
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.model import Share, broadcast, check_share, has_share, with_share
@@ -34,6 +35,9 @@ _FAR_NM = 5.0  # farther from a wavelength the light of the sky may be several p
 # measured with gfortran 12.2 and glibc 2.36; a test measures them again.
 _SINE_ULP = {7: 1, 13: 1, 19: 1, 26: -1}
 _COSINE_ULP = {49: 1, 74: 1}
+
+
+WeightingWord = Literal["listed", "projected", "solid-angle", "aomc"]
 
 
 class Weighting(enum.Enum):
@@ -67,13 +71,13 @@ class TabulatedSky(Share):
 
     Parameters
     ----------
-    wavelength_nm : ndarray, float64, shape (n_table,)
+    wavelength_nm : array_like, float64, shape (n_table,)
         Wavelengths of the table, any order. [nm]
-    values : ndarray, float64, shape (n_table, n_patch) or (n_table, n_zenith, n_azimuth)
+    values : array_like, float64, shape (n_table, n_patch) or (n_table, n_zenith, n_azimuth)
         Listed values, patches zenith-major. [0 to inf, relative]
     grid : PatchGrid
         The patches.
-    weighting : Weighting
+    weighting : Weighting, or {"listed", "projected", "solid-angle", "aomc"}
         What the values mean.
     midpoint_rule : bool
         Take the AOMC program's rule for a band's wavelength instead of the nearest one.
@@ -122,6 +126,26 @@ class TabulatedSky(Share):
     remarks: tuple[str, ...] = ()
     radiance_unit: float = 0.0
     has_wavelength: bool = True
+
+    if TYPE_CHECKING:  # what may be given; the fields above are what it becomes
+
+        def __init__(
+            self,
+            *,
+            strength: ArrayLike | None = None,
+            irradiance_W_m2_nm: ArrayLike | None = None,
+            wavelength_nm: ArrayLike,
+            values: ArrayLike,
+            grid: PatchGrid,
+            weighting: Weighting | WeightingWord = Weighting.LISTED,
+            midpoint_rule: bool = False,
+            slope: ArrayLike | None = None,
+            values_q: ArrayLike | None = None,
+            values_u: ArrayLike | None = None,
+            remarks: tuple[str, ...] = (),
+            radiance_unit: float = 0.0,
+            has_wavelength: bool = True,
+        ) -> None: ...
 
     __eq__ = same_content
     __repr__ = short_repr
@@ -203,9 +227,9 @@ class TabulatedSky(Share):
         elevation: str | None = None,
         azimuth: str | None = None,
         wavelength: str | None = None,
-        angle_unit: str | None = None,
-        azimuth_convention: AzimuthConvention | str | None = None,
-        wavelength_unit: str | None = None,
+        angle_unit: AngleUnitWord | None = None,
+        azimuth_convention: AzimuthConvention | AzimuthWord | None = None,
+        wavelength_unit: WavelengthUnitWord | None = None,
         radiance_unit: str | None = None,
         grid: PatchGrid | None = None,
         sun_zenith_deg: float | None = None,

@@ -25,6 +25,7 @@ from aomc_sky.formats.report import beyond_memory
 from aomc_sky.plan.allocation import (
     MAX_PHOTONS,
     AllocationMethod,
+    AllocationWord,
     PlanBand,
     allocate,
     checked_photons,
@@ -33,7 +34,16 @@ from aomc_sky.plan.allocation import (
 )
 from aomc_sky.plan.bias import bias_of
 from aomc_sky.plan.laws import law_of
-from aomc_sky.plan.options import Footprint, Placement, SamplingOptions, resolve_options
+from aomc_sky.plan.options import (
+    Footprint,
+    MethodWord,
+    OrderWord,
+    Placement,
+    PlacementWord,
+    PrecisionWord,
+    SamplingOptions,
+    resolve_options,
+)
 from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.streams import STREAM_VERSION, checked_seed
 from aomc_sky.record import same_content
@@ -48,7 +58,7 @@ if TYPE_CHECKING:
     from aomc_sky.emission.radiance import Radiance
     from aomc_sky.skies.model import Lowers, Share, SkyModel
 
-    LightSource = Component | SkyModel | Lowers | Share | Callable[..., ArrayLike] | str
+    ComponentLike = Component | SkyModel | Lowers | Share | Callable[..., ArrayLike] | str
 
 ARRAYS_HELD = 3
 """Copies of a plan's arrays in memory while a run writes it: measured, 3.06 for 9e6 cells."""
@@ -112,7 +122,7 @@ class Scene:
     input_files: Mapping[str, str] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
     bias: Mapping[str, float] = field(default_factory=dict)
-    irradiance: Irradiance | None = None
+    irradiance: Irradiance | Any = None  # Any in place of None: who knows that it is there need not ask
     _radiance: dict[int, list[Radiance]] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     if TYPE_CHECKING:  # what may be given, for type checkers; the fields above are what it becomes
@@ -122,7 +132,7 @@ class Scene:
             *,
             wavebands: Wavebands | ArrayLike,
             n_photons: ArrayLike,
-            components: LightSource | Sequence[LightSource],
+            components: ComponentLike | Sequence[ComponentLike],
             row_of_band: ArrayLike | None = None,
             sky_wavelength_nm: ArrayLike | None = None,
             footprint: Footprint = ...,
@@ -157,9 +167,13 @@ class Scene:
         head = ("band", "nm", "photons", *(f"{c.name}{unit}" for c in self.components))
         return html(repr(self)[1:-1], head, rows, len(nm), lambda: self.plot(bands=range(min(len(nm), 3)), size_px=640))
 
-    def plot(self, path: str | Path | None = None, **options: Any) -> Any:
-        """Draw the sky dome of each waveband: `aomc_sky.plot` of this scene, with its arguments and its figure."""
-        return aomc_sky.plot(self, path, **options)
+    if TYPE_CHECKING:  # with its arguments
+        plot = aomc_sky.plot
+    else:
+
+        def plot(self, path: str | Path | None = None, **options: Any) -> Any:
+            """Draw the sky dome of each waveband: `aomc_sky.plot` of this scene, with its arguments and its figure."""
+            return aomc_sky.plot(self, path, **options)
 
     @in_default_mode
     def __post_init__(self) -> None:
@@ -315,11 +329,11 @@ class Scene:
         self,
         seed: int = 0,
         *,
-        allocation: str | None = None,
-        method: str | None = None,
-        placement: str | None = None,
-        order: str | None = None,
-        precision: str = "float32",
+        allocation: AllocationMethod | AllocationWord | None = None,
+        method: MethodWord | None = None,
+        placement: PlacementWord | None = None,
+        order: OrderWord | None = None,
+        precision: PrecisionWord = "float32",
         weights: bool = False,
         replicates: int = 1,
         bias: Mapping[str, float] | None = None,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +21,11 @@ from aomc_sky.wavebands import Wavebands, as_wavebands
 if TYPE_CHECKING:
     import datetime
 
+    from aomc_sky.skies.perez.coefficients import AirMassWord, LimitsWord
+    from aomc_sky.skies.perez.sky import WithinWord
     from aomc_sky.skies.polarisation import RayleighPattern
+
+SpectrumWord = Literal["flat", "spectrl2"]
 
 
 def weather_scene(
@@ -45,12 +49,12 @@ def weather_scene(
     epsilon: float | None = None,
     delta: float | None = None,
     coefficients: Sequence[float] | None = None,
-    spectrum: str | None = None,
+    spectrum: SpectrumWord | None = None,
     sun_disc: bool = False,
     diffuse_only: bool = False,
-    within: str | None = None,
-    limits: str | None = None,
-    air_mass: str | None = None,
+    within: WithinWord | None = None,
+    limits: LimitsWord | None = None,
+    air_mass: AirMassWord | None = None,
     extraterrestrial_normal: float | None = None,
     grid: PatchGrid | None = None,
     sky: Any = None,
@@ -146,8 +150,13 @@ def weather_scene(
     """
     if spectrum is not None:
         require_one_of(PEREZ["spectrum"].words, spectrum, "spectrum")
-    perez = {"ghi": ghi, "dni": dni, "dhi": dhi, "epsilon": epsilon, "delta": delta, "spectrum": spectrum}
-    perez |= {"limits": limits, "air_mass": air_mass, "extraterrestrial_normal": extraterrestrial_normal}
+    perez: dict[str, Any] = {"ghi": ghi, "dni": dni, "dhi": dhi, "epsilon": epsilon, "delta": delta}
+    perez |= {
+        "spectrum": spectrum,
+        "limits": limits,
+        "air_mass": air_mass,
+        "extraterrestrial_normal": extraterrestrial_normal,
+    }
     if coefficients is not None:
         values = floats("coefficients", coefficients)
         if values.shape != (5,):

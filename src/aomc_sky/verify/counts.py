@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,11 +56,15 @@ class CountsReport:
         return self.passed
 
 
+CheckedWord = Literal["systematic", "largest-remainder", "multinomial"]
+"""Allocations whose counts follow from the masses by a law; those of AOMC are compared with the program's."""
+
+
 def verify_counts(
     counts: ArrayLike,
     mass: ArrayLike,
     *,
-    method: str | AllocationMethod = AllocationMethod.SYSTEMATIC,
+    method: AllocationMethod | CheckedWord = AllocationMethod.SYSTEMATIC,
     n_photons: ArrayLike | None = None,
     n_columns: int | None = None,
 ) -> CountsReport:
@@ -107,9 +112,8 @@ def verify_counts(
     ... )
     (True, False)
     """
-    known = [m.value for m in AllocationMethod if m is not AllocationMethod.AOMC]
     chosen = member_of(AllocationMethod, method, "method")
-    require_one_of(known, chosen.value, "method")
+    require_one_of(get_args(CheckedWord), chosen.value, "method")
     photons = _checked_counts(unmasked("counts", counts))
     masses = np.atleast_2d(floats("mass", mass))
     if not np.all(np.isfinite(masses)) or np.any(masses < 0):

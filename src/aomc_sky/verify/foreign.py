@@ -16,6 +16,7 @@ from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
 from aomc_sky.outputs.photons.files import PhotonFile, PhotonRows, PhotonWriter
 from aomc_sky.outputs.photons.mcpl import McplWriter
+from aomc_sky.plan.options import MethodWord, PrecisionWord
 from aomc_sky.source.scene import Scene
 from aomc_sky.verify.counts import FAMILY_LEVEL
 from aomc_sky.verify.directions import Dependence, verify_directions
@@ -98,8 +99,8 @@ def _plan_of(
     seed = runs.seed
     if seed is None:
         return None
-    method = "iid" if _dependence(runs) is Dependence.INDEPENDENT else None
-    precision = "float64" if header.is_double else "float32"
+    method: MethodWord | None = "iid" if _dependence(runs) is Dependence.INDEPENDENT else None
+    precision: PrecisionWord = "float64" if header.is_double else "float32"
     for numbers in (scene.n_photons, *(() if own_numbers else _numbers_of(photons, scene.n_photons.size))):
         changed = replace(scene, n_photons=numbers)
         source = changed.source(seed, method=method, precision=precision, weights=header.weight == 0.0)

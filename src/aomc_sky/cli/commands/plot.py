@@ -218,7 +218,7 @@ def _scene(arguments: argparse.Namespace) -> tuple[Picture, int]:
 
     scene = cli_options.scene_of(arguments, arguments.path, wavebands=arguments.waveband)
     bands = _bands(arguments, scene.wavebands.wavelength_nm)
-    show = arguments.show or "radiance"
+    show: Any = arguments.show or "radiance"
     source = scene.source(arguments.seed, max_memory_bytes=arguments.max_memory)
     is_beam_alone = all(law_of(c.law).is_beam for c in source.components)
     radiance = "the direct beam, without a sky" if is_beam_alone else "radiance of the sky"
@@ -239,7 +239,7 @@ def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
     sun = sun_of_options(run.manifest["options"].get("scene", {})) if run.manifest is not None else None
     title = _title(arguments, f"{_name(arguments)}: {spaced(run.source.total)} photons, seed {run.source.plan.seed}")
     drawn = bands if arguments.waveband else spread(bands)
-    show = arguments.quantity or arguments.show or "counts"
+    show: Any = arguments.quantity or arguments.show or "counts"
     return source_picture(run.source, show=show, bands=drawn, sun=sun, title=title), len(bands)
 
 

@@ -7,6 +7,7 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from aomc_sky.formats.aomc.sky_head import COUNTS, PLAIN_ROW, ROW, SkyHead, read
 from aomc_sky.formats.report import MAX_PROBLEMS, Report
 from aomc_sky.formats.text_file import read_bytes, split_lines, write_atomically
 from aomc_sky.record import same_content
+
+BinsWord = Literal["equal", "degrees"]
+ValuesWord = Literal["radiance", "mass"]
 
 
 class Bins(enum.Enum):
@@ -70,6 +74,19 @@ class SkyTable:
     declared_bins: Bins | None = None
     declared_values: Values | None = None
     path: str = ""
+
+    if TYPE_CHECKING:  # what may be given; the fields above are what it becomes
+
+        def __init__(
+            self,
+            *,
+            wavelength_nm: np.ndarray,
+            radiance: np.ndarray,
+            line: np.ndarray | None = None,
+            declared_bins: Bins | BinsWord | None = None,
+            declared_values: Values | ValuesWord | None = None,
+            path: str = "",
+        ) -> None: ...
 
     __eq__ = same_content
 
@@ -159,7 +176,11 @@ def read_skydist(
 
 
 def write_skydist(
-    table: SkyTable, path: str | Path, *, bins: Bins = Bins.EQUAL, values: Values = Values.RADIANCE
+    table: SkyTable,
+    path: str | Path,
+    *,
+    bins: Bins | BinsWord = Bins.EQUAL,
+    values: Values | ValuesWord = Values.RADIANCE,
 ) -> None:
     """Write skydist.inp; reading it back gives the same float64 values, bins and meaning.
 
@@ -169,7 +190,7 @@ def write_skydist(
         What to write; zeros are left out.
     path : str or Path
         The file, replaced atomically.
-    bins, values : Bins, Values
+    bins, values : {"equal", "degrees"}, {"radiance", "mass"}
         Stand in a comment after the data, which AOMC ignores and `read_skydist` obeys.
 
     Examples

@@ -22,7 +22,7 @@ from aomc_sky.skies.atmosphere.description.medium import read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
-from aomc_sky.skies.atmosphere.sky.method import NIGHT_DEG
+from aomc_sky.skies.atmosphere.sky.method import NIGHT_DEG, SolverWord
 from aomc_sky.skies.atmosphere.sky.solve import relative_errors, solve_sky
 from aomc_sky.skies.atmosphere.sky.solved import SolvedSky, glow_means, patch_means
 from aomc_sky.skies.direct_beam import DirectBeam
@@ -94,7 +94,7 @@ class AtmosphereSky(Share):
     sun_azimuth_deg: float = None  # type: ignore[assignment]
     sun_zenith_rad: InitVar[float | None] = None
     sun_azimuth_rad: InitVar[float | None] = None
-    method: str = "auto"
+    method: SolverWord = "auto"
     n_orders: int | None = None
     grid: PatchGrid = field(default_factory=lambda: PatchGrid.regular(*DEFAULT_BINS))
     disc: bool = True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,9 +15,11 @@ from aomc_sky.phase.vectorised import real, shape_of
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.lobes.file.check import check_sky, close_by_hand
 from aomc_sky.skies.lobes.file.data import Animation
-from aomc_sky.skies.lobes.horizon import mass_above_horizon
+from aomc_sky.skies.lobes.horizon import LobeWeightingWord, mass_above_horizon
 from aomc_sky.skies.lobes.lobe import slerp
 from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, spectra_at
+
+AboveWord = Literal["sphere", "horizon", "projected"]
 
 
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
@@ -61,7 +64,7 @@ class BackgroundSky:
             raise SceneError("the UTC offset must be finite")
 
     def irradiance(
-        self, animation: str | None, unix_time_s: ArrayLike, wavelength_nm: ArrayLike, *, above: str = "sphere"
+        self, animation: str | None, unix_time_s: ArrayLike, wavelength_nm: ArrayLike, *, above: AboveWord = "sphere"
     ) -> np.ndarray:
         """Spectral irradiance of an animation: coefficient times curve, linear in time and wavelength. [W m-2 nm-1]
 
@@ -78,7 +81,7 @@ class BackgroundSky:
         above : {"sphere", "horizon", "projected"}
             The whole lobe; its part above the horizon; that part on a horizontal plane.
         """
-        require_one_of(("sphere", "horizon", "projected"), above, "above")
+        require_one_of(get_args(AboveWord), above, "above")
         if animation is not None:
             require_one_of(self.animations, animation, "animation")
         spectrum = spectra_at(wavelength_nm, self.wavelength_nm, self.curves)
@@ -91,7 +94,7 @@ class BackgroundSky:
         return total
 
 
-INTERPOLATIONS = ("crossfade", "slerp")
+InterpolationWord = Literal["crossfade", "slerp"]
 
 
 def background_at(
@@ -99,7 +102,7 @@ def background_at(
     unix_time_s: float,
     *,
     utc_offset_h: float | None = None,
-    interpolation: str = "crossfade",
+    interpolation: InterpolationWord = "crossfade",
 ) -> LobeSky:
     """One or several background skies at one time.
 
@@ -128,7 +131,7 @@ def background_at(
     >>> [lobe.name for lobe in at_noon.lobes]
     ['town']
     """
-    require_one_of(INTERPOLATIONS, interpolation, "interpolation")
+    require_one_of(get_args(InterpolationWord), interpolation, "interpolation")
     skies = [backgrounds] if isinstance(backgrounds, BackgroundSky) else list(backgrounds)
     lobes: list[WeightedLobe] = []
     for number, sky in enumerate(skies, start=1):
@@ -167,7 +170,7 @@ def _lobe(
     )
     return WeightedLobe(
         name=name,
-        kind=animation.kind[low],
+        kind=animation.kind[low],  # type: ignore[arg-type]  # one that `_check` knows
         param0=first,
         param1=second,
         quaternion=slerp(animation.quaternion[low], animation.quaternion[high], share),
@@ -176,14 +179,14 @@ def _lobe(
     )
 
 
-def _shares(lobe: Animation, above: str) -> np.ndarray:
+def _shares(lobe: Animation, above: AboveWord) -> np.ndarray:
     """Share of each key's lobe that counts."""
     if above == "sphere":
         return np.ones(len(lobe))
-    weighting = "plain" if above == "horizon" else "projected"
+    weighting: LobeWeightingWord = "plain" if above == "horizon" else "projected"
     return np.array(
         [
-            float(mass_above_horizon(kind, *shape, weighting=weighting))
+            float(mass_above_horizon(kind, *shape, weighting=weighting))  # type: ignore[arg-type]  # as above
             for kind, *shape in zip(lobe.kind, lobe.param0, lobe.param1, lobe.quaternion, strict=True)
         ]
     )

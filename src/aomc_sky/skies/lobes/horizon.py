@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+from typing import Literal, get_args
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import require_one_of
 from aomc_sky.phase import henyey_greenstein
 from aomc_sky.phase.vectorised import shape_of
-from aomc_sky.skies.lobes.lobe import checked, vertical_in_local
+from aomc_sky.skies.lobes.lobe import KindWord, checked, vertical_in_local
 
-WEIGHTINGS = ("plain", "projected")
+LobeWeightingWord = Literal["plain", "projected"]
+WEIGHTINGS = get_args(LobeWeightingWord)
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
 def mass_above_horizon(
-    kind: str, param0: ArrayLike, param1: ArrayLike, quaternion: ArrayLike, *, weighting: str = "plain"
+    kind: KindWord,
+    param0: ArrayLike,
+    param1: ArrayLike,
+    quaternion: ArrayLike,
+    *,
+    weighting: LobeWeightingWord = "plain",
 ) -> np.ndarray:
     """Integral of a lobe over the upper hemisphere of the world. [0 to 1]
 

@@ -80,7 +80,11 @@ def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> t
         key = (section.file, section.animation, section.utc_offset)
         if key not in skies:
             skies[key] = _sky_of(files[section.file], section)
-        at_their_times[section] = background_at(skies[key], section.time, interpolation=section.interpolation)
+        at_their_times[section] = background_at(
+            skies[key],
+            section.time,
+            interpolation=section.interpolation,  # type: ignore[arg-type]  # read by its rule
+        )
     return tuple(at_their_times[section] for section in sections)
 
 
@@ -152,6 +156,10 @@ def read_lobes(section: BackgroundSection, wavelength_nm: Sequence[float] | None
     for value in wavelength_nm or ():
         if not low * (1 - FLOAT32_TOLERANCE) <= value <= high * (1 + FLOAT32_TOLERANCE):
             raise UsageError(f"--wavelength {value:g} is outside the spectra of the file, {low:g} to {high:g} nm")
-    sky = background_at(_sky_of(file, section), section.time, interpolation=section.interpolation)
+    sky = background_at(
+        _sky_of(file, section),
+        section.time,
+        interpolation=section.interpolation,  # type: ignore[arg-type]  # as above
+    )
     chosen = file.wavelength_nm if wavelength_nm is None else np.array(wavelength_nm, dtype=np.float64)
     return sky, chosen

@@ -7,6 +7,7 @@ seen along the axis: n cos(theta) integrates to 1, so the lobes are densities ov
 from __future__ import annotations
 
 import math
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +18,8 @@ from aomc_sky.kernels.arithmetic.error_free import two_product, two_sum
 from aomc_sky.phase import henyey_greenstein
 from aomc_sky.phase.vectorised import precision_of, real, shape_of
 
-KINDS = ("hg", "ggx", "beckmann")
+KindWord = Literal["hg", "ggx", "beckmann"]
+KINDS = get_args(KindWord)
 
 
 def checked(kind: str, param0: ArrayLike, param1: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
@@ -54,7 +56,7 @@ def one_minus_mu(m: np.ndarray) -> np.ndarray:
         return np.where(z > 0.0, side / (length * (length + z)), (length - z) / length)
 
 
-def pdf(kind: str, param0: ArrayLike, param1: ArrayLike, m: ArrayLike) -> np.ndarray:
+def pdf(kind: KindWord, param0: ArrayLike, param1: ArrayLike, m: ArrayLike) -> np.ndarray:
     """Density of a lobe over the whole sphere of its local frame; its integral is 1. [sr-1]
 
     With mu = m_z and A = (m_x/alpha_x)^2 + (m_y/alpha_y)^2 of the unit vector::
@@ -115,7 +117,7 @@ def _stretched(x: np.ndarray, alpha: np.ndarray) -> tuple[tuple[np.ndarray, np.n
     return (value, value), (value + value, ((x - product) - low) / alpha)
 
 
-def sample(kind: str, param0: ArrayLike, param1: ArrayLike, u: ArrayLike, v: ArrayLike) -> np.ndarray:
+def sample(kind: KindWord, param0: ArrayLike, param1: ArrayLike, u: ArrayLike, v: ArrayLike) -> np.ndarray:
     """Unit vectors (..., 3) of a lobe from uniform numbers, over the whole sphere of the local frame.
 
     "hg": D = 1 - g + 2 g u, 1 - mu = 2 (1 - g)^2 (1 - u)(1 + g u) / D^2, and alike for 1 + mu and the sine. In this

@@ -18,8 +18,8 @@ from aomc_sky.errors import UsageError, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, arc, exp_level, half_sine2, sin_cos
 from aomc_sky.skies.lobes.envelope import LAWS
-from aomc_sky.skies.lobes.horizon import WEIGHTINGS
-from aomc_sky.skies.lobes.lobe import checked, rotation_matrix
+from aomc_sky.skies.lobes.horizon import WEIGHTINGS, LobeWeightingWord
+from aomc_sky.skies.lobes.lobe import KindWord, checked, rotation_matrix
 from aomc_sky.skies.quadrature import Integrand, Rule, Terms, quarter_turns
 
 _N_CACHED = 64
@@ -28,7 +28,13 @@ _MOST_PARTS = 2**22
 
 
 def patch_mass(
-    kind: str, param0: float, param1: float, quaternion: ArrayLike, grid: PatchGrid, *, weighting: str = "plain"
+    kind: KindWord,
+    param0: float,
+    param1: float,
+    quaternion: ArrayLike,
+    grid: PatchGrid,
+    *,
+    weighting: LobeWeightingWord = "plain",
 ) -> np.ndarray:
     """Integral of one lobe over each patch of the sky, shape (n_patch,), zenith-major.
 

@@ -15,8 +15,8 @@ from aomc_sky.errors import SceneError, floats, unmasked
 from aomc_sky.phase.vectorised import real
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.lobes.envelope import LAWS, LobeFrame, envelopes_of
-from aomc_sky.skies.lobes.horizon import mass_above_horizon, masses_of_lobe
-from aomc_sky.skies.lobes.lobe import checked, pdf, to_local, vertical_in_local
+from aomc_sky.skies.lobes.horizon import LobeWeightingWord, mass_above_horizon, masses_of_lobe
+from aomc_sky.skies.lobes.lobe import KindWord, checked, pdf, to_local, vertical_in_local
 from aomc_sky.skies.model import Share, check_share, with_share
 
 #: A smaller projected share of a lobe counts as none.
@@ -65,7 +65,7 @@ class WeightedLobe:
     """
 
     name: str
-    kind: str
+    kind: KindWord
     param0: float
     param1: float
     quaternion: np.ndarray
@@ -103,7 +103,7 @@ class WeightedLobe:
         row: np.ndarray = spectra_at(wavelength_nm, self.wavelength_nm, self.spectrum[None])[0]
         return row
 
-    def share(self, weighting: str) -> float:
+    def share(self, weighting: LobeWeightingWord) -> float:
         """Share of the lobe above the horizon, "plain", or on a horizontal plane, "projected". [0 to 1]"""
         return float(mass_above_horizon(self.kind, self.param0, self.param1, self.quaternion, weighting=weighting))
 

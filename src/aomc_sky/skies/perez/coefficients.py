@@ -6,6 +6,8 @@ of a few percent of their values. The coefficients and the hash of a run would d
 
 from __future__ import annotations
 
+from typing import Literal, get_args
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -21,11 +23,14 @@ from aomc_sky.skies.perez.irradiances import (
 )
 from aomc_sky.skies.perez.table import EPSILON_EDGES, TEN_THOUSANDTHS
 
+AirMassWord = Literal["kasten-young-1989", "kasten-1966"]
+LimitsWord = Literal["radiance", "paper"]
+
 #: Offset, reach and 1e4 power of cos Z + offset (reach - Z in degrees)^-power.
 _AIR_MASS = {"kasten-young-1989": (0.50572, 96.07995, 16364.0), "kasten-1966": (0.15, 93.885, 12530.0)}
 _KAPPA = 1.041
 
-LIMITS = ("radiance", "paper")
+LIMITS = get_args(LimitsWord)
 EPSILON_LIMITS = (1.0, 12.01)
 DELTA_LIMITS = (0.01, 0.6)
 DELTA_FLOOR = 0.2  #: Smallest Delta where 1.065 <= epsilon < 2.8, under the limits "radiance".
@@ -65,7 +70,7 @@ def beam_ratio(epsilon: float, sun_zenith_rad: float) -> float:
     return (epsilon - 1.0) / (float(sky_clearness(1.0, 1.0, sun_zenith_rad)) - 1.0)
 
 
-def relative_air_mass(sun_zenith_rad: ArrayLike, *, formula: str = "kasten-young-1989") -> np.ndarray:
+def relative_air_mass(sun_zenith_rad: ArrayLike, *, formula: AirMassWord = "kasten-young-1989") -> np.ndarray:
     """Relative optical air mass at sea level: 1 overhead, 37.92 (36.51) at the horizon.
 
     Parameters
@@ -97,7 +102,7 @@ def sky_brightness(
     sun_zenith_rad: ArrayLike,
     *,
     extraterrestrial_normal: ArrayLike = EXTRATERRESTRIAL_NORMAL,
-    air_mass: str = "kasten-young-1989",
+    air_mass: AirMassWord = "kasten-young-1989",
 ) -> np.ndarray:
     """Sky brightness Delta, eq. (5): air mass x dhi / extraterrestrial_normal. [0 or more]
 
@@ -140,7 +145,7 @@ def epsilon_bin(epsilon: ArrayLike) -> np.ndarray:
     return np.searchsorted(np.array(EPSILON_EDGES[1:]), clearness, side="right")
 
 
-def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: str = "radiance") -> tuple[np.ndarray, np.ndarray]:
+def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: LimitsWord = "radiance") -> tuple[np.ndarray, np.ndarray]:
     """Sky clearness and brightness after the limits that the coefficients are taken at.
 
     SceneError: Delta is negative or infinite.
@@ -177,7 +182,7 @@ def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: str = "radiance") -
 
 
 def coefficients(
-    epsilon: ArrayLike, delta: ArrayLike, sun_zenith_rad: ArrayLike, *, limits: str = "radiance"
+    epsilon: ArrayLike, delta: ArrayLike, sun_zenith_rad: ArrayLike, *, limits: LimitsWord = "radiance"
 ) -> np.ndarray:
     """Coefficients a to e of a sky, eqs. (6) to (8) with Table 1, shape (..., 5); b may be positive.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import InitVar, dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,7 +18,7 @@ from aomc_sky.options import MODEL
 from aomc_sky.skies.model import Share, check_share, polarised, with_share
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.bounds import patch_bounds
-from aomc_sky.skies.perez.coefficients import beam_ratio
+from aomc_sky.skies.perez.coefficients import AirMassWord, LimitsWord, beam_ratio
 from aomc_sky.skies.perez.irradiances import (
     EXTRATERRESTRIAL_NORMAL,
     closed_irradiances,
@@ -32,6 +32,7 @@ from aomc_sky.skies.quadrature import quarter_turns
 if TYPE_CHECKING:
     from aomc_sky.skies.polarisation import RayleighPattern
 
+WithinWord = Literal["exact", "uniform"]
 _N_MU, _N_AZIMUTH, _N_GAMMA = 200, 181, 2001
 _LARGEST = 1e200
 _STEEPEST = -200.0  # d of a narrower aureole: integrals lose their stated digits, and most trials of a photon fail
@@ -107,12 +108,12 @@ class PerezSky(Share):
     dhi: float | None = None
     ghi: float | None = None
     coefficients: ArrayLike | None = None
-    limits: str = "radiance"
+    limits: LimitsWord = "radiance"
     strict: bool = False
     extraterrestrial_normal: float = EXTRATERRESTRIAL_NORMAL
-    air_mass: str = "kasten-young-1989"
+    air_mass: AirMassWord = "kasten-young-1989"
     grid: PatchGrid | None = None
-    within: str = "exact"
+    within: WithinWord = "exact"
     polarisation: RayleighPattern | None = None
     sun_zenith_deg: InitVar[float | None] = None
     sun_azimuth_deg: InitVar[float | None] = None
@@ -130,6 +131,7 @@ class PerezSky(Share):
                 f"{self.sun_zenith_rad:g} and the azimuth {self.sun_azimuth_rad:g}"
             )
         require_one_of(MODEL["within"].words, self.within, "within")
+        require_one_of(MODEL["air_mass"].words, self.air_mass, "air_mass")
         if self.grid is not None:
             require_kind(self.grid, PatchGrid, "grid=sky.PatchGrid.regular(45, 180)")
         self._close_irradiances()

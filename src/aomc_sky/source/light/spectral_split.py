@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -91,7 +91,8 @@ class Aerosol:
         )
 
 
-RURAL = "rural"
+AerosolWord = Literal["rural", "maritime"]
+RURAL: AerosolWord = "rural"
 AEROSOLS = {
     RURAL: Aerosol(angstrom_exponent=1.14, albedo_400nm=0.945, albedo_variation=0.095, asymmetry=0.65),
     "maritime": Aerosol(angstrom_exponent=0.3, albedo_400nm=0.98, asymmetry=0.75),
@@ -147,7 +148,7 @@ class ClearSky:
     water_cm: float = 1.4
     ozone_cm: float = 0.3
     pressure_hPa: float | None = None  # noqa: N815 - the unit is written so
-    aerosol: str | Aerosol = RURAL
+    aerosol: Aerosol | AerosolWord = RURAL
 
     def __post_init__(self) -> None:
         for field in fields(self):

@@ -99,7 +99,7 @@ def atmosphere_light(
         medium=medium,
         sun_zenith_deg=sun.zenith_deg,
         sun_azimuth_deg=sun.azimuth_deg,
-        method=section.method,
+        method=section.method,  # type: ignore[arg-type]  # read by its rule
         n_orders=section.orders,
         grid=PatchGrid.regular(section.zenith_bins, section.azimuth_bins),
         disc=has_disc,

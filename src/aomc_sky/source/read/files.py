@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
 from aomc_sky.errors import InputFileError, Problem, SceneError, UsageError, require_one_of
 from aomc_sky.formats.aomc.amc import (
@@ -18,7 +18,7 @@ from aomc_sky.formats.aomc.amc import (
     read_difcol,
     read_lambbot,
 )
-from aomc_sky.formats.aomc.skydist import SkyTable, read_skydist
+from aomc_sky.formats.aomc.skydist import BinsWord, SkyTable, read_skydist
 from aomc_sky.formats.sky_toml.sections import SkySection, SkyToml, SunSection
 from aomc_sky.plan.allocation import MAX_PHOTONS
 from aomc_sky.source.light.said import Speakers, sun_said
@@ -29,6 +29,7 @@ from aomc_sky.whole_number import as_number_of
 
 if TYPE_CHECKING:
     from aomc_sky.skies.lobes.sky import LobeSky
+    from aomc_sky.skies.tabulated import WeightingWord
     from aomc_sky.source.light.plugin import PluginSky
     from aomc_sky.source.read.atmosphere import SceneAtmosphere
     from aomc_sky.source.read.field import MeasuredField, SkyField
@@ -40,6 +41,8 @@ ATMOSPHERE = "atmosphere"
 GIVEN = "given"
 """The sky of a scene whose caller gives a model or a function."""
 COMPAT_NAME = "--compat aomc"
+CompatWord = Literal["aomc"]
+AzimuthBinsWord = Literal["n+1", "n"]
 OUR_SKIES = (None, "perez", "uniform", "none", ATMOSPHERE, FIELD, GIVEN)
 """Skies that no other package has; None is the sky file, or Perez."""
 
@@ -50,11 +53,11 @@ class Reading:
 
     iterations: int | None = None
     sky: Any = None
-    bins: str | None = None
-    weighting: str | None = None
-    compat: str | None = None
+    bins: BinsWord | None = None
+    weighting: WeightingWord | None = None
+    compat: CompatWord | None = None
     lenient: bool = False
-    azimuth_bins: str = "n+1"
+    azimuth_bins: AzimuthBinsWord = "n+1"
     wavebands: Sequence[int] | None = None
     sky_options: Mapping[str, Any] = field(default_factory=dict)
     allow_paths: Sequence[str | os.PathLike[str]] = ()
@@ -73,10 +76,10 @@ class Reading:
     def check(self) -> None:
         """Raise for a word that is not allowed, and for one that contradicts `compat`."""
         allowed = {
-            "bins": ("equal", "degrees"),
+            "bins": get_args(BinsWord),
             "weighting": ("listed", "projected", "solid-angle", "aomc"),
-            "compat": ("aomc",),
-            "azimuth_bins": ("n+1", "n"),
+            "compat": get_args(CompatWord),
+            "azimuth_bins": get_args(AzimuthBinsWord),
         }
         for name, words in allowed.items():
             if getattr(self, name) is not None:

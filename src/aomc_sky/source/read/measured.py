@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.directions import AzimuthConvention, one_angle
 from aomc_sky.errors import SceneError
+from aomc_sky.formats.azimuth import AzimuthWord
 from aomc_sky.formats.radiance_csv import read_radiance_points
-from aomc_sky.formats.radiance_words import Stated, SunAngles
+from aomc_sky.formats.radiance_words import AngleUnitWord, DecimalWord, Stated, SunAngles, WavelengthUnitWord
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.measured import RadianceField
@@ -24,11 +25,11 @@ def read_radiance_csv(
     azimuth: str | None = None,
     wavelength: str | None = None,
     variable: str | None = None,
-    azimuth_convention: AzimuthConvention | str | None = None,
-    angle_unit: str | None = None,
-    wavelength_unit: str | None = None,
+    azimuth_convention: AzimuthConvention | AzimuthWord | None = None,
+    angle_unit: AngleUnitWord | None = None,
+    wavelength_unit: WavelengthUnitWord | None = None,
     radiance_unit: str | None = None,
-    decimal: str | None = None,
+    decimal: DecimalWord | None = None,
     sun_zenith_deg: float | None = None,
     sun_azimuth_deg: float | None = None,
     sun_zenith_rad: float | None = None,

@@ -29,7 +29,11 @@ from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import listed_bands, only_bands
 
 if TYPE_CHECKING:
+    from aomc_sky.formats.aomc.skydist import BinsWord
+    from aomc_sky.skies.perez.sky import WithinWord
     from aomc_sky.skies.polarisation import RayleighPattern
+    from aomc_sky.skies.tabulated import WeightingWord
+    from aomc_sky.source.read.files import AzimuthBinsWord, CompatWord
 
 AOMC_TABLE_PRESET = SamplingOptions(allocation=AllocationMethod.AOMC, placement=Placement.CENTRE, order=Order.PATCH)
 AOMC_INTERNAL_PRESET = SamplingOptions(
@@ -43,17 +47,17 @@ def read_scene(
     *,
     iterations: int | None = None,
     sky: Any = None,
-    bins: str | None = None,
-    weighting: str | None = None,
-    compat: str | None = None,
+    bins: BinsWord | None = None,
+    weighting: WeightingWord | None = None,
+    compat: CompatWord | None = None,
     lenient: bool = False,
-    azimuth_bins: str = "n+1",
+    azimuth_bins: AzimuthBinsWord = "n+1",
     wavebands: Sequence[int] | None = None,
     perez: Mapping[str, Any] | None = None,
     sun: Mapping[str, Any] | None = None,
     atmosphere: Mapping[str, Any] | None = None,
     weather: Mapping[str, Any] | None = None,
-    within: str | None = None,
+    within: WithinWord | None = None,
     clear_sky: Any = None,
     diffuse_only: bool = False,
     polarisation: RayleighPattern | None = None,

@@ -21,6 +21,7 @@ from aomc_sky.skies.atmosphere.description.medium import (
     read_medium,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
+from aomc_sky.skies.atmosphere.sky.method import SolverWord
 from aomc_sky.skies.atmosphere.sky.solve import AtmosphereResult, solve
 from aomc_sky.source.light.said import checked_lights
 from aomc_sky.wavebands import nearest_wavelength_index
@@ -43,7 +44,7 @@ def solve_atmosphere(
     sun_zenith_deg: float | None = None,
     sky_zenith_deg: ArrayLike | None = None,
     azimuth_from_sun_deg: ArrayLike | None = None,
-    method: str = "auto",
+    method: SolverWord = "auto",
     orders: int | None = None,
     paths: int | None = None,
     moon: Mapping[str, float] | None = None,

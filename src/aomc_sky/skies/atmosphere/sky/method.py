@@ -6,6 +6,7 @@ import logging
 import math
 import warnings
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -17,7 +18,8 @@ from aomc_sky.whole_number import as_number_of
 
 _LOG = logging.getLogger(__name__)
 
-METHODS = ("auto", "order1", "sos", "mc")
+SolverWord = Literal["auto", "order1", "sos", "mc"]
+METHODS = get_args(SolverWord)
 """What a caller may ask for."""
 
 LOWEST_SUN_DEG = 80.0

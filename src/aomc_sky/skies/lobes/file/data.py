@@ -9,6 +9,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Mapping, Sequence
 from dataclasses import InitVar, dataclass, field
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +18,9 @@ from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import SceneError, require_one_of, unmasked
 from aomc_sky.phase.vectorised import real
 from aomc_sky.record import same_content, short_repr
+
+if TYPE_CHECKING:
+    from aomc_sky.skies.lobes.lobe import KindWord
 
 _DAY_S = 86400.0
 _EPOCH_WEEKDAY = 4.0  # 1970-01-01 was a Thursday, four days after Sunday
@@ -28,6 +32,9 @@ class LobeType(enum.IntEnum):
     HENYEY_GREENSTEIN = 1
     GGX = 2
     BECKMANN = 3
+
+
+ReferenceWord = Literal["absolute", "diurnal", "hebdomadal"]
 
 
 class ReferenceType(enum.IntEnum):
@@ -203,7 +210,7 @@ class SkyLobe:
     array([440., 550.])
     """
 
-    kind: str
+    kind: KindWord
     width: float
     width_y: float | None = None
     zenith_deg: float = None  # type: ignore[assignment]
@@ -227,7 +234,7 @@ def background_of_lobes(
     animations: Mapping[str, SkyLobe | Sequence[SkyLobe]],
     wavelength_nm: ArrayLike,
     *,
-    reference: str = "diurnal",
+    reference: ReferenceWord = "diurnal",
     time_point_s: int = 0,
     name: str = "",
     author: str = "",
