@@ -1,6 +1,5 @@
 """Light that no sky has."""
 
-import ast
 import inspect
 import warnings
 
@@ -9,6 +8,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.skies.direct_beam import solar_irradiance
+from tests.support.type_checker import complaints
 
 
 def scene_of(nm, irradiance):
@@ -46,20 +46,11 @@ def test_other_light_than_the_suns_has_no_limit(nm):
         scene_of(nm, 1e6)
 
 
-def test_what_type_checkers_see_is_what_a_scene_takes():
-    """The signature for type checkers is written by hand."""
-    tree = ast.parse(inspect.getsource(inspect.getmodule(sky.Scene)))
-    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) and node.name == "__init__"]
-    assert len(functions) == 1
-    shown = [argument.arg for argument in functions[0].args.kwonlyargs]
-    assert shown == list(inspect.signature(sky.Scene).parameters)
-
-
 @pytest.mark.slow
 def test_documented_scenes_pass_the_type_checker(tmp_path):
-    api = pytest.importorskip("mypy.api")
-    program = tmp_path / "scenes.py"
-    program.write_text(
+    (tmp_path / "programs").mkdir()
+    program = tmp_path / "programs" / "scenes.py"
+    good = (
         "from typing import Any\nimport numpy as np\nimport aomc_sky as sky\n"
         "def radiance(zenith: Any, azimuth: Any, nm: Any) -> Any:\n    return 1.0 + 0.0 * zenith\n"
         "sky.Scene(wavebands=[440, 550], n_photons=10**6, components=radiance)\n"
@@ -67,11 +58,32 @@ def test_documented_scenes_pass_the_type_checker(tmp_path):
         "scene = sky.Scene(wavebands=np.array([440.0]), n_photons=[1000], components=both)\n"
         "nm: float = scene.wavebands.wavelength_nm[0]\n"
         'sky.Scene(wavebands=[440.0], n_photons=1000, components="overcast").components[0].name\n'
+        "sun = sky.sun_position('2026-06-21T12:00Z', 54.0, 8.0)\n"
+        "model = sky.PerezSky(sun_zenith_deg=sun.zenith_deg, epsilon=5.0, delta=0.1)\n"
+        "source = scene.source()\ncounts, mass = source.counts[0], source.mass(0)\n"
     )
-    said, problems, code = api.run(["--strict", "--cache-dir", str(tmp_path), str(program)])
-    assert (code, problems) == (0, ""), said
-    program.write_text("import aomc_sky as sky\nsky.Scene(wavebands=[440.0], n_photons=1000, components=5)\n")
-    assert "components" in api.run(["--cache-dir", str(tmp_path), str(program)])[0]
+    program.write_text(good)
+    assert complaints(program.parent) == []
+    wrong = {
+        "sky.Scene(wavebands=[440.0], n_photons=1000, components=5)": '"components"',
+        "source.counts(0)": "not callable",
+        "source.mass[0]": "not indexable",
+    }
+    program.write_text(good + "\n".join(wrong))
+    said = complaints(program.parent)
+    assert [word in line for word, line in zip(wrong.values(), said, strict=True)] == [True] * len(wrong)
+
+
+def test_what_covers_all_wavebands_is_an_attribute_and_what_takes_one_is_a_method():
+    """The rule of docs/api.md; other methods do something."""
+    doing = {"from_plan", "one_by_one", "to_bytes", "plot", "source", "refuse_dark_bands"}
+    methods = {
+        name: "band" in inspect.signature(getattr(kind, name)).parameters
+        for kind in (sky.PhotonSource, sky.Scene)
+        for name in dir(kind)
+        if name[0] != "_" and callable(getattr(kind, name))
+    }
+    assert {name for name, takes_band in methods.items() if not takes_band} == doing
 
 
 def test_a_field_of_xarray_as_component_gets_one_sentence():
