@@ -402,6 +402,52 @@ class PhotonSource:
         bands = (photons_of_band(band) for band in range(self.n_bands))
         return (photon for _, photon in heapq.merge(*bands, key=operator.itemgetter(0)))
 
+    def weights_for(self, scene: Any, batch: PhotonBatch, band: int = 0, *, absolute: bool = False) -> np.ndarray:
+        """Weights of a batch's photons under another sky: one run of transport holds the answer for every sky.
+
+        The mean over all photons of the run of weight x tally is the tally under the diffuse light of `scene`. The
+        tally must be an unweighted one: the weights of a bias are in these already. They follow `Scene.radiance` in the
+        direction of each photon, so the patches of the run make no error. Best is a run of the mean of the skies that
+        are wanted: its error is 1.1 to 1.3 times that of a run of its own.
+
+        Parameters
+        ----------
+        scene : Scene
+            The other sky, without a beam.
+        batch : PhotonBatch
+            Photons of this source.
+        band : int
+            Waveband of `scene`. [0 to n_bands - 1]
+        absolute : bool
+            In W m-2 nm-1, for a scene whose irradiance is known.
+
+        Returns
+        -------
+        ndarray, float64, shape (n,)
+            0 for photons of a beam. Their mean over the run is 1, or with `absolute` the irradiance of the sky.
+
+        Raises
+        ------
+        UsageError
+            A scene with a beam; light where the run has no photons; fewer than 1000 effective photons.
+        """
+        from aomc_sky.emission.sky_weights import sky_weights
+
+        if not hasattr(scene, "radiance"):
+            raise UsageError(f"expected a Scene, got {type(scene).__name__}")
+        band = as_index_within(band, "band", 0, scene.wavebands.n_bands - 1)
+        return sky_weights(self, scene, batch, band, absolute=absolute)
+
+    def cell_irradiances(self, band: int) -> list[np.ndarray]:
+        """Irradiance of the cells of each component: W m-2 nm-1, or shares of all light where that is not known."""
+        parts = np.split(self.mass(band), self.plan.component_start[1:-1])
+        absolute = self.irradiance(band)
+        if absolute is None:
+            return parts
+        totals = [absolute[name] for name in self.plan.component_names]
+        lit = [part.sum() > 0 for part in parts]
+        return [part * (t / part.sum()) if is_lit else part for part, t, is_lit in zip(parts, totals, lit, strict=True)]
+
     def numba_sampler(self, band: int = 0, *, numbers: int = 0, weighted: bool = False) -> NumbaSampler:
         """Return the photons of a band as jitted functions for your own `@njit` loop; see `NumbaSampler`.
 

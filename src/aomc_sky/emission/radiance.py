@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,9 +11,6 @@ from aomc_sky.component import Component, Law, slope_factor
 from aomc_sky.errors import SceneError, floats
 from aomc_sky.grid import PatchGrid
 from aomc_sky.plan.laws import law_of
-
-if TYPE_CHECKING:
-    from aomc_sky.emission.photon_source import PhotonSource
 
 Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Radiance by zenith angle and azimuth of the sky. [rad]"""
@@ -75,16 +71,6 @@ def _patch_radiance(
         return values[patch]
     slope, sin2 = sloped
     return values[patch] * slope_factor(slope[patch], grid, sin2, patch, zenith, azimuth_deg)
-
-
-def cell_irradiances(source: PhotonSource, band: int) -> list[np.ndarray]:
-    """Irradiance of the cells of each component: W m-2 nm-1, or shares of all light where that is not known."""
-    parts = np.split(source.mass(band), source.plan.component_start[1:-1])
-    absolute = source.irradiance(band)
-    if absolute is None:
-        return parts
-    totals = [absolute[name] for name in source.plan.component_names]
-    return [part * (total / part.sum()) if part.sum() > 0 else part for part, total in zip(parts, totals, strict=True)]
 
 
 def patch_radiance(law: Law, grid: PatchGrid, light: np.ndarray) -> tuple[PatchGrid, np.ndarray]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from aomc_sky.component import Component
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.emission.radiance import cell_irradiances, patch_radiance
+from aomc_sky.emission.radiance import patch_radiance
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.aomc.degree_counts import carried_over
@@ -140,7 +140,7 @@ def maps(source: PhotonSource, bands: Sequence[int]) -> Iterator[np.ndarray]:
     for band in bands:
         row = source.plan.bands[band].row
         radiance = np.zeros((N_ROWS, N_COLUMNS), np.float32)
-        for component, light in zip(source.components, cell_irradiances(source, band), strict=True):
+        for component, light in zip(source.components, source.cell_irradiances(band), strict=True):
             if not law_of(component.law).is_beam and light.sum() > 0:
                 key = component.name, 0 if law_of(component.law).radiance is not None else row  # 0: in all rows
                 if key not in shares:
@@ -165,7 +165,7 @@ def axes_of(source: PhotonSource, bands: Sequence[int], name: str = MAP) -> dict
     wavelength_nm = [source.plan.bands[band].wavelength_nm for band in bands]
     is_picture = Path(name).suffix.lower() != ".npy"
     first, step = (180.0, -360.0 / N_COLUMNS) if is_picture else (0.0, 360.0 / N_COLUMNS)
-    lights = [[float(light.sum()) for light in cell_irradiances(source, band)] for band in bands]
+    lights = [[float(light.sum()) for light in source.cell_irradiances(band)] for band in bands]
     is_beam = [law_of(component.law).is_beam for component in source.components]
     is_absolute = source.irradiance(0) is not None
     unit = "W m-2 nm-1" if is_absolute else "share of the irradiance of all light on a horizontal plane"

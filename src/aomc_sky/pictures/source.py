@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 
 from aomc_sky.component import Component
-from aomc_sky.emission.radiance import cell_irradiances, folded, patch_radiance, point_cells
+from aomc_sky.emission.radiance import folded, patch_radiance, point_cells
 from aomc_sky.errors import UsageError, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.picture import PHOTONS, RADIANCE, RELATIVE_RADIANCE, STOKES, Dome, Mark, Picture, Symbol, spread
@@ -55,7 +55,7 @@ def source_picture(
     quantity = STOKES.get(show, quantity)
     domes = []
     for band in chosen:
-        light = _counts(source, band) if show == "counts" else cell_irradiances(source, band)
+        light = _counts(source, band) if show == "counts" else source.cell_irradiances(band)
         values = np.zeros(grid.n_patches)
         for component, part in zip(components, light, strict=True):
             values += _density(component, part, grid, per_flux=show != "counts")

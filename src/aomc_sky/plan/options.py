@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypedDict
+
+from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError, UsageError, member_of
 from aomc_sky.plan.allocation import AllocationMethod, AllocationWord
@@ -79,6 +82,8 @@ class Sampling(TypedDict, total=False):
     precision: PrecisionWord
     weights: bool
     replicates: int
+    bias: Mapping[str, float] | None
+    importance: Mapping[str, ArrayLike | Callable[..., ArrayLike]] | None
     max_memory_bytes: int | None
 
 

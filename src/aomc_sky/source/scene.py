@@ -27,7 +27,6 @@ from aomc_sky.plan.allocation import (
     AllocationMethod,
     AllocationWord,
     PlanBand,
-    allocate,
     checked_photons,
     cumulative_counts,
     normalise,
@@ -50,6 +49,7 @@ from aomc_sky.record import same_content
 from aomc_sky.skies.direct_beam import solar_irradiance
 from aomc_sky.skies.model import has_share
 from aomc_sky.source.importance import importance_of
+from aomc_sky.source.masses import aomc_cumulative, plan_components, refuse_bias
 from aomc_sky.wavebands import Wavebands, as_wavebands
 from aomc_sky.whole_number import as_index
 
@@ -434,25 +434,6 @@ def require_projected(weighting: str | None, what: str) -> None:
         )
 
 
-def joint_mass(components: tuple[Component, ...], row: int) -> np.ndarray:
-    """Mass of every cell of all components for one row, shape (n_cell,), any scale; all 0 without light.
-
-    A single component keeps its own masses, so that `allocate` gives the same counts.
-    """
-    strength = np.array([c.strength[row] for c in components])
-    if not strength.max(initial=0.0) > 0:
-        return np.zeros(sum(c.n_cells for c in components))
-    if len(components) == 1:
-        return components[0].mass_of(row)
-    parts = []
-    for component, part in zip(components, normalise(strength), strict=True):
-        mass = component.mass_of(row)
-        if part > 0 and not mass.max(initial=0.0) > 0:
-            raise SceneError(f"component {component.name!r} has a strength but no mass")
-        parts.append(part * normalise(mass) if part > 0 else np.zeros(mass.size))
-    return np.concatenate(parts)
-
-
 def build_plan(
     scene: Scene,
     seed: int,
@@ -483,10 +464,10 @@ def build_plan(
             "ask for more photons or for fewer replicates",
         )
     checked_photons(int(scene.n_photons.max()), options.allocation)
-    parts = _plan_components(scene, rows, options.weights)
+    parts = plan_components(scene.components, rows, options.weights)
     factors = None
     if bias or importance:
-        _refuse_bias(parts, options)
+        refuse_bias(parts, options)
         factors = bias_of(parts, bias or {}, importance_of(scene.components, importance or {}))
         factors.flags.writeable = False
         chosen |= {"bias": dict(bias or {}), "importance": sorted(importance or {})}
@@ -503,60 +484,12 @@ def build_plan(
         for band in range(scene.wavebands.n_bands)
     )
     if options.allocation is AllocationMethod.AOMC:
-        cumulative = _aomc_cumulative(scene)
+        cumulative = aomc_cumulative(scene.components, scene.n_photons, scene.row_of_band)
     else:
         scene.refuse_dark_bands()
         cumulative = cumulative_counts(bands, parts, chosen, factors)
     cumulative.flags.writeable = False
     return Plan(bands=bands, components=parts, cumulative=cumulative, options=chosen, bias=factors)
-
-
-def _refuse_bias(components: Sequence[Component], options: SamplingOptions) -> None:
-    """Refuse what a bias makes wrong: allocations whose mean is not N q, and other weights."""
-    if options.allocation not in (AllocationMethod.SYSTEMATIC, AllocationMethod.MULTINOMIAL):
-        raise UsageError(
-            f"a bias with allocation {options.allocation.value!r} makes the light wrong: its counts are not those of "
-            "the shares on average",
-            "take allocation systematic or multinomial",
-        )
-    if any(component.weight is not None for component in components):
-        raise UsageError("a bias beside weights of photons that are launched by solid angle", "leave one of them out")
-
-
-def _plan_components(scene: Scene, rows: np.ndarray, with_weights: bool) -> tuple[Component, ...]:
-    """The components with a row for each distinct sky; their masses share the sum 1 of a row, or 0 without light."""
-    components = scene.components
-    is_plain = not with_weights or all(component.weight is None for component in components)
-    ends = np.cumsum([component.n_cells for component in components])
-    mass = np.zeros((rows.size, ends[-1]))
-    for k, row in enumerate(rows):
-        values = joint_mass(components, int(row))
-        if values.max(initial=0.0) > 0:
-            mass[k] = normalise(values)
-    return tuple(
-        dataclasses.replace(
-            component,
-            strength=part.sum(axis=1),
-            mass=part,
-            weight=None if is_plain else np.stack([_weight_of(component, int(row)) for row in rows]),
-            slope=_rows_of(component.slope, rows),
-            stokes=_rows_of(component.stokes, rows),
-            irradiance_W_m2_nm=None,
-            below_horizon=0.0,
-        )
-        for component, part in zip(components, np.split(mass, ends[:-1], axis=1), strict=True)
-    )
-
-
-def _rows_of(array: np.ndarray | None, rows: np.ndarray) -> np.ndarray | None:
-    """The rows of these wavelengths; one row serves all, and None is none."""
-    return array if array is None or len(array) == 1 else array[rows]
-
-
-def _weight_of(component: Component, row: int) -> np.ndarray:
-    """Weights (n_cell,), 1 where a component has none."""
-    weight = component.weight_of(row)
-    return np.ones(component.n_cells) if weight is None else weight
 
 
 def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int, limit: int | None) -> None:
@@ -567,19 +500,6 @@ def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int,
     if too_large := beyond_memory(ARRAYS_HELD * arrays, limit):
         shown = f"{n_bands} wavebands of {n_cells} cells" + f" in {replicates} replicates" * (replicates > 1)
         raise UsageError(f"a plan of {shown} takes {too_large.message}", f"take larger cells, or {too_large.advice}")
-
-
-def _aomc_cumulative(scene: Scene) -> np.ndarray:
-    """Photons before each cell (n_band, n_cell + 1), by the AOMC program's rounding of the table of each band."""
-    component = scene.components[0]
-    grid = component.grid
-    if len(scene.components) != 1 or grid is None:
-        raise SceneError("allocation 'aomc' is the AOMC program's rule for a table; this scene is not a single table")
-    cumulative = np.zeros((scene.n_photons.size, component.n_cells + 1), dtype=np.int64)
-    for band, (row, n) in enumerate(zip(scene.row_of_band.tolist(), scene.n_photons.tolist(), strict=True)):
-        table = component.mass_of(row).reshape(grid.n_zenith, grid.n_azimuth)
-        cumulative[band, 1:] = np.cumsum(allocate(table, n, method=AllocationMethod.AOMC))
-    return cumulative
 
 
 def _plan_options(scene: Scene, seed: int, options: SamplingOptions) -> dict[str, object]:

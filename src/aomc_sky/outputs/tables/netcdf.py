@@ -12,7 +12,7 @@ import aomc_sky
 from aomc_sky.component import Component
 from aomc_sky.directions import AzimuthConvention
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.emission.radiance import cell_irradiances, patch_radiance
+from aomc_sky.emission.radiance import patch_radiance
 from aomc_sky.errors import InputFileError, OutputError, require_kind
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.netcdf import EXTRA, open_netcdf
@@ -139,7 +139,7 @@ def _radiance(source: PhotonSource, component: Component, k: int, cells: slice, 
     if grid is None or not np.any(grid.solid_angle_sr > 0):
         return {}
     bands = range(source.n_bands)
-    values = np.stack([patch_radiance(component.law, grid, cell_irradiances(source, band)[k])[1] for band in bands])
+    values = np.stack([patch_radiance(component.law, grid, source.cell_irradiances(band)[k])[1] for band in bands])
     is_absolute = source.irradiance(0) is not None
     text = "mean radiance of the patch" + ("" if is_absolute else ", for an irradiance 1 of all light")
     parts = {"radiance": (text, values)}
