@@ -91,7 +91,7 @@ def test_absolute_weights_have_the_irradiance_as_their_mean():
 def test_what_is_refused():
     source = diffuse(**RUN).source(1)
     batch = source.photons(stop=100)
-    with pytest.raises(sky.UsageError, match="'direct' is a beam: taken as a patch it is wrong .* a table of suns"):
+    with pytest.raises(sky.UsageError, match=r"'direct' is a beam: taken as a patch it is wrong .* a table of suns"):
         source.weights_for(sky.weather_scene(wavebands=[550.0], n_photons=N, **RUN), batch)
     with pytest.raises(sky.UsageError, match="irradiance is known; leave absolute out"):
         source.weights_for(diffuse(**OTHERS["overcast"]), batch, absolute=True)

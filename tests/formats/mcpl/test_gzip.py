@@ -82,13 +82,13 @@ BROKEN = {
     "no deflate": (PACKED[:10] + b"\xff" * 50, "E806", f"{DAMAGED}-3 while decompressing"),
     "another method": (b"\x1f\x8b\x07" + PACKED[3:], "E806", f"{DAMAGED}Unknown compression"),
     "more behind it": (PACKED + b"more", "E806", f"{DAMAGED}Not a gzipped file"),
-    "nothing packed": (gzip.compress(b""), "E802", "an MCPL file begins with 'MCPL', this one with nothing"),
+    "nothing packed": (gzip.compress(b""), "E802", "an MCPL file begins with 'MCPL', 002 or 003"),
     "no mcpl": (gzip.compress(b"text" * 100), "E802", "an MCPL file begins with 'MCPL'"),
     "packed twice": (gzip.compress(PACKED), "E802", "the file is compressed with gzip twice"),
     "a record too few": (gzip.compress(GOOD[:-5]), "E804", "the header says 2000, the file holds 1999 records"),
-    "a record too many": (gzip.compress(GOOD + bytes(32)), "E804", "the header says 2000, the file goes on after them"),
-    "never closed": (gzip.compress(with_count(GOOD, 0)), "E804", "the header says 0, the file goes on after them"),
-    "ten to the 18": (gzip.compress(with_count(GOOD, 10**18)), "E804", f"the header says {10**18}, a compressed file"),
+    "a record too many": (gzip.compress(GOOD + bytes(32)), "E804", "the header says 2000, the file holds more"),
+    "never closed": (gzip.compress(with_count(GOOD, 0)), "E804", "the header says 0, the file holds more"),
+    "ten to the 18": (gzip.compress(with_count(GOOD, 10**18)), "E804", f"the header says {10**18}, the file holds 20"),
 }  # fmt: skip
 
 

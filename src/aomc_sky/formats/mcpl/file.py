@@ -1,4 +1,4 @@
-"""MCPL files: checked here, then read block by block by the package `mcpl` of the format's authors."""
+"""MCPL files: read by the package `mcpl` of the format's authors; length and records are checked here."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ import numpy as np
 
 from aomc_sky.errors import NOWHERE, InputFileError, OutputError
 from aomc_sky.extras import optional_module
-from aomc_sky.formats.mcpl.header import MAGIC, VERSIONS, McplHeader
+from aomc_sky.formats.mcpl.header import COUNT_OFFSET, MAGIC, VERSIONS, McplHeader
 from aomc_sky.formats.text_file import open_data, refuse
 from aomc_sky.record import same_content, short_repr
 
@@ -31,13 +31,13 @@ MAX_FAULTS = 20
 FIXED_BYTES = 48
 """Length of the part that every head has. [bytes]"""
 MAX_HEAD_BYTES = 2**24
-MAX_TEXTS = 100_000
-"""Comments and blobs that a head may have."""
+MAX_TEXTS = 10_000
+"""Comments and blobs that a head may have: the library reads 50 000 in a second."""
 DIRECTION_TOLERANCE = 1e-5
 """How far the squares of a direction may be from 1, as libmcpl has it."""
 GZIP_MAGIC = b"\x1f\x8b"
-MOST_TIMES = 1032
-"""Largest ratio of unpacked to packed length with deflate: two bits stand for 258 bytes."""
+_BEGINNINGS = {MAGIC + b"%03d" % version + order for version in VERSIONS for order in (b"L", b"B")}
+_WHAT = "an MCPL file"
 _PIECE = 1 << 20
 _AGAIN = "make it again"
 _CUT = "the file is damaged or was cut; make it again"
@@ -113,7 +113,12 @@ class McplFile:
             raise IndexError(f"particles {start} to {stop} do not exist; the file has particles 0 to {len(self)}")
         if start == stop:
             return
-        with _library_file(self, size) as file:
+        with contextlib.ExitStack() as stack:
+            copy = self.path
+            if self.is_packed:  # the library could read packed files by name, but it would leave them open
+                packed = stack.enter_context(open_data(self.path, what=_WHAT, code="E801"))
+                copy = stack.enter_context(_copied(self.path, _unpacking(packed)))
+            file = stack.enter_context(_library_file(self.path, copy, size))
             for first in range(0, stop, size):
                 with np.errstate(all="ignore"):  # of numbers that no particle has
                     part_rows = slice(max(start - first, 0), min(stop - first, size))
@@ -161,19 +166,19 @@ def read_mcpl(path: str | Path) -> McplFile:
     packed = path.with_name(f"{path.name}.gz")
     if path.name.lower().endswith(".mcpl") and not os.path.lexists(path) and os.path.exists(packed):
         path = packed
-    with open_data(path, what="an MCPL file", code="E801") as file:
-        size = os.fstat(file.fileno()).st_size
+    with open_data(path, what=_WHAT, code="E801") as file, _damage_named(path):
         is_packed = file.read(len(GZIP_MAGIC)) == GZIP_MAGIC
         file.seek(0)
-        if not is_packed:
-            head = _Head(path, file, size)
-            head.require_length(size)
+        stream = _unpacking(file) if is_packed else file
+        start = stream.read(MAX_HEAD_BYTES)
+        header, data_start = _header(path, start)
+        found = len(start) - data_start
+        if is_packed:
+            found += _length_of_rest(stream, header.n_particles * header.record.itemsize - found)
         else:
-            with _damage_named(path):
-                stream = cast(BinaryIO, gzip.GzipFile(fileobj=file, mode="rb"))
-                head = _Head(path, stream, MOST_TIMES * (size + 1))
-                head.require_packed_length(stream)
-    return McplFile(path=path, header=head.header, data_start=head.position, is_packed=is_packed)
+            found = os.fstat(file.fileno()).st_size - data_start
+        _require_length(path, header, found, is_packed=is_packed)
+    return McplFile(path=path, header=header, data_start=data_start, is_packed=is_packed)
 
 
 def check_mcpl(path: str | Path) -> None:
@@ -182,115 +187,63 @@ def check_mcpl(path: str | Path) -> None:
         pass
 
 
-class _Head:
-    """The head, and the length of the file that follows from it: the library does not check them."""
+def _header(path: Path, start: bytes) -> tuple[McplHeader, int]:
+    """The head as the library reads it from the first bytes of the unpacked file, and its length. [bytes]
 
-    def __init__(self, path: Path, file: BinaryIO, most_bytes: int) -> None:
-        self.path, self.file, self.most_bytes, self.position = path, file, most_bytes, 0
-        version, self.order = self._version_and_order()
-        form = f"{self.order}QIIIIIiII"
-        numbers = struct.unpack(form, self._take(FIXED_BYTES - 8, "the first 48 bytes"))
-        n, n_comments, n_blobs, flags, polarised, single, pdg, length, weighed = numbers
-        for name, value in (
-            ("user flags", flags),
-            ("polarisation", polarised),
-            ("precision", single),
-            ("weight", weighed),
-        ):
-            if value not in (0, 1):
-                raise _fault(path, "E803", f"the switch is 0 or 1, got {value}", _CUT, name)
-        weight = struct.unpack(f"{self.order}d", self._take(8, "weight"))[0] if weighed else 0.0
-        if weighed and not (math.isfinite(weight) and weight > 0):
-            message = f"the weight of all particles is positive and finite, got {weight}"
-            raise _fault(path, "E803", message, _CUT, "weight")
-        n_texts = n_comments + 2 * n_blobs
-        if 4 * (n_texts + 1) > min(most_bytes, MAX_HEAD_BYTES) - self.position or n_texts > MAX_TEXTS:
-            message = f"the header says {n_comments} comments and {n_blobs} blobs, more than it can hold"
-            raise _fault(path, "E803", message, _CUT, "comments")
-        source = self._text("name of the source")
-        comments = tuple(self._text(f"comment {k}") for k in range(n_comments))
-        keys = [self._text(f"key {k}") for k in range(n_blobs)]
-        self.header = McplHeader(
-            n_particles=n,
-            source=source,
-            comments=comments,
-            blobs=tuple((key, self._piece(f"blob {key!r}")) for key in keys),
-            has_user_flags=bool(flags),
-            has_polarisation=bool(polarised),
-            is_double=not single,
-            pdg_code=pdg,
-            weight=weight,
-            version=version,
-            is_little_endian=self.order == "<",
+    The library believes every number of a head. It gets these bytes alone, and only if the head has few texts.
+    """
+    if start[:2] == GZIP_MAGIC:
+        raise _fault(path, "E802", "the file is compressed with gzip twice", "run gunzip on it once")
+    if start[:8] not in _BEGINNINGS:
+        message = f"an MCPL file begins with 'MCPL', 002 or 003, and L or B, this one with {repr(start[:8])[1:]}"
+        raise _fault(path, "E802", message, "name an MCPL file of format 2 or 3")
+    if len(start) < FIXED_BYTES:
+        raise _fault(path, "E803", "the file ends in its header", _CUT)
+    order = "<" if start[7:8] == b"L" else ">"
+    n_particles, n_comments, n_blobs = struct.unpack_from(f"{order}QII", start, COUNT_OFFSET)
+    if n_comments + 2 * n_blobs > MAX_TEXTS:
+        message = f"the header says {n_comments} comments and {n_blobs} blobs, more than {MAX_TEXTS} texts"
+        raise _fault(path, "E803", message, _CUT, "comments")
+    with _copied(path, io.BytesIO(start)) as copy, _library_file(path, copy, BLOCK) as file:
+        header = McplHeader(
+            n_particles=n_particles,  # the library would count the records of a file that was not closed
+            source=file.sourcename,
+            comments=tuple(file.comments),
+            blobs=tuple((key, file.blobs[key]) for key in file.blob_storage_order),
+            has_user_flags=file.opt_userflags,
+            has_polarisation=file.opt_polarisation,
+            is_double=not file.opt_singleprec,
+            pdg_code=file.opt_universalpdgcode,
+            weight=file.opt_universalweight,
+            version=file.version,
+            is_little_endian=file.endianness == "L",
         )
-        self.record_bytes = self.header.record.itemsize
-        if length != self.record_bytes:
-            message = f"the header says {length} bytes for a record, its fields have {self.record_bytes}"
+        if not 0.0 <= header.weight < math.inf:
+            message = f"the weight of all particles is positive and finite, got {header.weight}"
+            raise _fault(path, "E803", message, _CUT, "weight")
+        length, own = file.particlesize, header.record.itemsize
+        if length != own:
+            message = f"the header says {length} bytes for a record, its fields have {own}"
             raise _fault(path, "E803", message, _CUT, "particle size")
+        return header, file.headersize
 
-    def _version_and_order(self) -> tuple[int, str]:
-        start = self.file.read(8)
-        self.position = len(start)
-        if start[:2] == GZIP_MAGIC:
-            raise _fault(self.path, "E802", "the file is compressed with gzip twice", "run gunzip on it once")
-        if start[:4] != MAGIC:
-            begin = repr(start[:4])[1:] if start else "nothing"
-            message = f"an MCPL file begins with 'MCPL', this one with {begin}"
-            raise _fault(self.path, "E802", message, "name an MCPL file")
-        digits, order = start[4:7], start[7:8]
-        if len(start) == 8 and digits not in [b"%03d" % version for version in VERSIONS]:
-            shown = digits.decode("ascii", "backslashreplace")
-            raise _fault(self.path, "E802", f"versions 002 and 003 can be read, this is {shown!r}", name="version")
-        if len(start) == 8 and order not in (b"L", b"B"):
-            message = f"expected L or B in byte 8, got {repr(order)[1:]}"
-            raise _fault(self.path, "E802", message, _CUT, "byte order")
-        return (int(digits) if len(start) == 8 else 0), ("<" if order == b"L" else ">")
 
-    def _take(self, n: int, name: str) -> bytes:
-        left = self.most_bytes - self.position
-        if n > left:
-            raise _fault(self.path, "E803", f"expected {n} bytes, but {left} bytes are left in the file", _CUT, name)
-        if n > MAX_HEAD_BYTES - self.position:
-            raise _fault(self.path, "E803", f"the header is longer than {MAX_HEAD_BYTES >> 20} MiB", _CUT, name)
-        data = self.file.read(n)
-        if len(data) != n:
-            raise _fault(self.path, "E803", "the file ends in its header", _CUT, name)
-        self.position += n
-        return data
+def _require_length(path: Path, header: McplHeader, found: int, *, is_packed: bool) -> None:
+    """Refuse a file with `found` bytes of records, if its number of particles asks for another length."""
+    n_bytes = header.n_particles * header.record.itemsize
+    if found == n_bytes:
+        return
+    held, rest = divmod(found, header.record.itemsize)
+    contents = f"{held} records" + (f" and {rest} bytes" if rest else "")
+    if is_packed and found > n_bytes:  # the rest was not unpacked
+        contents = "more"
+    advice = "the file was not closed; mcpltool --repair sets the number" if header.n_particles == 0 else _CUT
+    message = f"the header says {header.n_particles}, the file holds {contents}"
+    raise _fault(path, "E804", message, advice, "particles")
 
-    def _piece(self, name: str) -> bytes:
-        (n,) = struct.unpack(f"{self.order}I", self._take(4, name))
-        return self._take(n, name)
 
-    def _text(self, name: str) -> str:
-        return self._piece(name).decode("utf-8", "replace")  # other ways of going on are slow
-
-    def require_length(self, size: int) -> None:
-        """Refuse a file of another length than its number of particles asks for."""
-        held, rest = divmod(size - self.position, self.record_bytes)
-        if (held, rest) != (self.header.n_particles, 0):
-            contents = f"{held} records" + (f" and {rest} bytes" if rest else "")
-            advice = (
-                "the file was not closed; mcpltool --repair sets the number" if self.header.n_particles == 0 else _CUT
-            )
-            message = f"the header says {self.header.n_particles}, the file holds {contents}"
-            raise _fault(self.path, "E804", message, advice, "particles")
-
-    def require_packed_length(self, stream: BinaryIO) -> None:
-        """The same for a packed file, which must be unpacked for it; gzip compares its check sum at the end."""
-        n_bytes = self.header.n_particles * self.record_bytes
-        if n_bytes > self.most_bytes - self.position:
-            held = (self.most_bytes - self.position) // self.record_bytes
-            message = f"the header says {self.header.n_particles}, a compressed file of this size holds {held} at most"
-            raise _fault(self.path, "E804", message, _CUT, "particles")
-        found = _length_of_rest(stream, n_bytes)
-        if found != n_bytes:
-            over = (
-                f"the file holds {found // self.record_bytes} records"
-                if found < n_bytes
-                else "the file goes on after them"
-            )
-            raise _fault(self.path, "E804", f"the header says {self.header.n_particles}, {over}", _AGAIN, "particles")
+def _unpacking(packed: BinaryIO) -> BinaryIO:
+    return cast(BinaryIO, gzip.GzipFile(fileobj=packed, mode="rb"))
 
 
 def _length_of_rest(stream: BinaryIO, most: int) -> int:
@@ -315,30 +268,34 @@ def _damage_named(path: Path) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _library_file(file: McplFile, size: int) -> Iterator[Any]:
-    """The file opened by the library, whose prints are dropped; a packed file is unpacked to a temporary file first.
+def _copied(path: Path, unpacked: BinaryIO) -> Iterator[Path]:
+    """A temporary copy of `path`, or of its beginning: the library opens files by name alone."""
+    try:
+        folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
+    except OSError as error:
+        raise OutputError(f"cannot make a temporary folder to read {path}: {error.strerror or error}") from error
+    with folder as name:
+        copy = Path(name, "copy.mcpl")
+        try:
+            with _damage_named(path), copy.open("wb") as file:
+                shutil.copyfileobj(unpacked, file, _PIECE)
+        except OSError as error:
+            raise OutputError(f"cannot unpack {path} to {copy}: {error.strerror or error}") from error
+        yield copy
 
-    The library could read packed files by name, but it would leave them open.
-    """
+
+@contextlib.contextmanager
+def _library_file(path: Path, copy: Path, size: int) -> Iterator[Any]:
+    """A file opened by the library, whose prints are dropped; `path` is its name in messages."""
     mcpl = optional_module("mcpl", extra=EXTRA)
-    with contextlib.ExitStack() as stack:
-        path = file.path
-        if file.is_packed:
-            temporary = stack.enter_context(tempfile.NamedTemporaryFile(suffix=".mcpl"))
-            try:
-                with _damage_named(path), gzip.open(path, "rb") as packed:
-                    shutil.copyfileobj(packed, temporary, _PIECE)
-                temporary.flush()
-            except OSError as error:
-                raise OutputError(f"cannot unpack {path} to {temporary.name}: {error.strerror or error}") from error
-            path = Path(temporary.name)
-        with contextlib.redirect_stdout(io.StringIO()):
-            try:
-                opened = mcpl.MCPLFile(os.fspath(path), blocklength=size)
-            except Exception as error:  # the library raises its own errors and Python's, whatever the damage is
-                reason = str(error) or type(error).__name__
-                raise _fault(file.path, "E803", f"the library of MCPL cannot read it: {reason}", _CUT) from None
-        yield stack.enter_context(opened)
+    with contextlib.redirect_stdout(io.StringIO()):
+        try:
+            opened = mcpl.MCPLFile(os.fspath(copy), blocklength=size)
+        except Exception as error:  # the library raises its own errors and Python's, whatever the damage is
+            reason = str(error) or type(error).__name__
+            raise _fault(path, "E803", f"the library of MCPL cannot read it: {reason}", _CUT) from None
+    with opened as file:
+        yield file
 
 
 def _unpacked(block: Any, part_rows: slice, start: int) -> McplParticles:
