@@ -29,6 +29,11 @@ def mesh_of(figure, number=1):
     return dome_axes(figure, number).collections[0]
 
 
+def key_of(figure):
+    (key,) = figure.findobj(lambda artist: type(artist).__name__ == "Legend")
+    return key
+
+
 def texts_of(figure):
     return [text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text"))]
 
@@ -224,6 +229,33 @@ def test_rows_of_domes_leave_no_slot_empty(n):
         assert all(right.x0 > left.x1 + 0.01 for left, right in itertools.pairwise(row))
 
 
+@pytest.mark.parametrize("size", [300, 960])
+@pytest.mark.parametrize(("scale", "light"), [("shared", 1.0), ("each", 1.0), ("each", 2e-12)])
+@pytest.mark.parametrize("n", [1, 3, 5, 12])
+def test_domes_are_round_and_of_one_size_and_fill_the_figure(n, scale, light, size):
+    """The height of the figure follows from the layout, also where wide numbers of bars make domes narrower."""
+    grid, values, marks = PatchGrid.regular(2, 4), light * np.geomspace(1.0, 10.0, 8), (sun_mark(30.0, 0.0),)
+    titles = ["\n".join(["waveband"] * (k + 1)) for k in range(n)]
+    domes = tuple(Dome(grid=grid, values=values, title=title, marks=marks) for title in titles)
+    picture = Picture(domes=domes, quantity=RELATIVE_RADIANCE, title="a title", notes=("a long note " * 9,))
+    figure = figure_of(picture, size_px=size, scale=scale)
+    figure.canvas.draw()
+    axes = [dome_axes(figure, k + 1) for k in range(n)]
+    corners = np.array([one.transData.transform([(-90.0, -90.0), (90.0, 90.0)]) for one in axes])
+    sizes = corners[:, 1] - corners[:, 0]
+    np.testing.assert_allclose(sizes, sizes[0, 0], atol=0.5)
+    letters_in = 2 * (0.07 + 0.04 + 0.8 * 10.0 / 72)  # the margin, a gap, E and W
+    for one in axes:  # no gap above or below
+        assert one.get_position(original=True).height < 1.02 * one.get_position().height
+    in_row, least = {1: 1, 3: 3, 5: 3, 12: 4}[n], 1.0 if light == 1.0 else 0.75
+    assert sizes[0, 0] >= least * (size / in_row - letters_in * figure.dpi) - 0.5
+    bars = [one.get_window_extent() for one in figure.axes if one.get_label().startswith("colour bar")]
+    assert len(bars) == (1 if scale == "shared" else n)
+    souths = [text.get_window_extent() for one in axes for text in one.texts if text.get_text() == "S"]
+    for bar, text in itertools.product(bars, [*souths, *(one.title.get_window_extent() for one in axes)]):
+        assert not bar.padded(1.0).overlaps(text)
+
+
 def test_what_no_patch_covers_has_no_light_either():
     bounds = PatchGrid.regular(3, 8)
     cap = PatchGrid(zenith_bounds_deg=bounds.zenith_bounds_deg[:1], azimuth_bounds_deg=bounds.azimuth_bounds_deg)
@@ -237,7 +269,8 @@ def test_what_no_patch_covers_has_no_light_either():
 
 def test_no_light_is_no_colour_bar_and_no_picture_of_a_scene():
     figure = sky.plot(np.zeros((4, 8)))
-    assert [axes.get_label() for axes in figure.axes] == ["dome 1", "key"]
+    assert [axes.get_label() for axes in figure.axes] == ["dome 1"]
+    assert [text.get_text() for text in key_of(figure).get_texts()] == ["no light"]
     figure.canvas.draw()
     with pytest.raises(SceneError):
         sky.plot(scene_of(400.0, 500.0, mass=(0.0, 0.0)))
@@ -293,12 +326,13 @@ def test_every_ring_has_its_degrees_and_lines_of_letters_stay_inside(pt, size, n
         )
         assert n_marks == 3
     caption = next(text for text in figure.texts if "north (+y)" in text.get_text())
-    key = next(axes for axes in figure.axes if axes.get_label() == "key")
-    (strokes,) = key.lines
-    y = key.transData.transform((0.0, 0.5))[1]
+    key = key_of(figure)
+    (strokes,) = key.legend_handles
+    x, y = strokes.get_transform().transform(strokes.get_xydata()).mean(axis=0)
     half = (strokes.get_markersize() / 2 + strokes.get_path_effects()[0]._gc["linewidth"]) * figure.dpi / 72
     assert y - half > caption.get_window_extent().y1
-    for text in (key.texts[0], figure.axes[n].xaxis.label):
+    assert x - half >= 0
+    for text in (*key.get_texts(), figure.axes[n].xaxis.label):
         box = text.get_window_extent()
         assert box.x0 >= 0
         assert box.x1 <= size

@@ -229,6 +229,7 @@ class Panel:
     width_in: float
     font_pt: float
     view: View
+    top_em: float = 1.35  #: Height of the letters north and south; more is a gap to what is above and below
 
     @property
     def has_azimuths(self) -> bool:
@@ -243,7 +244,7 @@ class Panel:
     @property
     def top_in(self) -> float:
         """Room for the letters north and south."""
-        return _GAP_IN + 1.35 * self.font_pt / 72
+        return _GAP_IN + self.top_em * self.font_pt / 72
 
     @property
     def height_in(self) -> float:
@@ -391,12 +392,25 @@ _COMPASS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 
 
 def draw_mark(axes: Any, x: Any, y: Any, symbol: Symbol, font_pt: float) -> None:
-    """Draw a mark at data coordinates, as large as a letter and white in a dark rim, so that it shows on any colour."""
+    """Draw a mark at data coordinates."""
+    for style in mark_styles(symbol, font_pt):
+        axes.plot([float(x)], [float(y)], **style)
+
+
+def mark_styles(symbol: Symbol | str, font_pt: float) -> list[dict[str, Any]]:
+    """Lines of a mark as large as a letter: white in a dark rim, so that it shows on any colour.
+
+    A word instead of a symbol is the meaning of patches without a colour.
+    """
     effects = optional_module("matplotlib.patheffects", extra=EXTRA)
     size = 1.05 * font_pt
+    if not isinstance(symbol, Symbol):
+        edge = {"markeredgecolor": "#888888", "markeredgewidth": 0.6}
+        return [{"marker": "s", "markersize": font_pt, "markerfacecolor": VOID_COLOUR, "linestyle": "none", **edge}]
     rim = [effects.withStroke(linewidth=0.3 * font_pt, foreground="black")]
-    ring = {"marker": "o", "markersize": size, "markerfacecolor": "none", "markeredgecolor": "white"}
     line = {"linestyle": "none", "clip_on": False, "zorder": 5, "path_effects": rim, "markeredgewidth": 0.13 * font_pt}
+    ring = {"marker": "o", "markersize": size, "markerfacecolor": "none", "markeredgecolor": "white"}
+    ring |= {"gid": f"mark-{symbol.name.lower()}", **line}
     if symbol is Symbol.SUN_BELOW:
         ring |= {"marker": "^", "markerfacecolor": "white"}
     if symbol is Symbol.SUN_OF_AMC:
@@ -405,6 +419,5 @@ def draw_mark(axes: Any, x: Any, y: Any, symbol: Symbol, font_pt: float) -> None
         ring["markersize"] = 1.35 * size
     if symbol is Symbol.LOBE:
         ring["marker"] = "D"
-    axes.plot([float(x)], [float(y)], gid=f"mark-{symbol.name.lower()}", **ring, **line)
-    if symbol is Symbol.BEAM:
-        axes.plot([float(x)], [float(y)], marker="o", markersize=0.3 * size, color="white", **line)
+    dot = {"marker": "o", "markersize": 0.3 * size, "color": "white", **line}
+    return [ring, dot] if symbol is Symbol.BEAM else [ring]

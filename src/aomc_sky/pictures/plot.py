@@ -133,7 +133,7 @@ def plot(
     ...     size_px=600,
     ... )
     >>> len(figure.axes)
-    3
+    2
     """
     target = None if path is None else picture_path(path)
     convention = given_convention(azimuth_convention)
