@@ -9,6 +9,8 @@ import numpy as np
 
 MAGIC = b"MCPL"
 VERSIONS = (2, 3)
+COUNT_OFFSET = 8
+"""Where the number of particles stands. [bytes]"""
 MAX_TEXT = 65_535
 """Longest comment or name that libmcpl writes; it cuts the rest off. [bytes]"""
 
