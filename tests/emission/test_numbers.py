@@ -9,6 +9,7 @@ from aomc_sky.emission.photons import number_columns
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS
 from aomc_sky.plan.streams import philox_pair
+from tests.reference.net import of_net
 from tests.support.emitted import empty
 from tests.support.host_scenes import SCENES, N, directions, source
 from tests.support.source_files import source_of
@@ -30,25 +31,31 @@ def options(way):
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_they_are_the_sequence_of_the_ranks(way):
-    """Against whole numbers of Python; ranks by patch order, which the shuffled photons are matched to."""
-    made = source("table", **options(way))
+@pytest.mark.parametrize("name", ["table", "wide cells"])
+def test_they_are_a_function_of_the_ranks(name, way):
+    """Against whole numbers of Python; ranks by patch order, which the shuffled photons are matched to.
+
+    A table's numbers are of the net, those of one cell go on with the lattice of its photons.
+    """
+    made = source(name, **options(way))
     key = [int(k) for k in made.plan.members()["keys"]]
     rank = np.arange(N)
     if way[0] == "shuffled":
-        in_order = source("table", **{**options(way), "order": "patch"}).photons(1, numbers=3)
+        in_order = source(name, **{**options(way), "order": "patch"}).photons(1, numbers=3)
         batch = made.photons(1, numbers=3)
         rows = [np.column_stack([b.patch, b.directions, b.numbers]) for b in (in_order, batch)]
         assert np.array_equal(*(row[np.lexsort(row.T)] for row in rows))
-        made = source("table", **{**options(way), "order": "patch"})
+        made = source(name, **{**options(way), "order": "patch"})
     bits = 24 if way[2] == "float32" else 53
-    words = philox_pair(key[1], 0, 1, 3) + philox_pair(key[1], 0, 1, 4)[:1]
+    words = philox_pair(key[1], 0, 1, 3) + philox_pair(key[1], 0, 1, 4)
     numbers = made.photons(1, numbers=3).numbers
     for r in (*rank[:50].tolist(), N - 1):
         if way[1] == "philox":
             expected = philox_pair(key[3], r, 1, 1) + philox_pair(key[3], r, 1, 2)[:1]
+        elif name == "table":
+            expected = list(of_net(r, words))
         else:
-            expected = [(w + r * int(s)) % 2**64 for w, s in zip(words, NUMBER_STEPS, strict=True)]
+            expected = [(w + r * int(s)) % 2**64 for w, s in zip(words, NUMBER_STEPS, strict=False)]
         assert numbers[r].tolist() == [(word >> (64 - bits)) / 2**bits for word in expected]
 
 
@@ -69,9 +76,13 @@ def test_photons_are_the_same_for_any_number(way):
 
 
 def test_the_first_ones_are_pinned():
-    """For ever: whoever changes a step or a shift changes STREAM_VERSION."""
+    """Whoever changes them announces it under Streams, and gives the record of a source file another switch."""
     made = source("table", order="patch", precision="float64")
     assert made.photons(0, 0, 2, numbers=3).numbers.tolist() == [
+        [0.4233876265561859, 0.09230103667799139, 0.47986513961215205],
+        [0.7766633360050766, 0.5797541632768803, 0.5780017204403133],
+    ]
+    assert source("wide cells", order="patch", precision="float64").photons(0, 0, 2, numbers=3).numbers.tolist() == [
         [0.9360273168851968, 0.16986640314226653, 0.7690952537388718],
         [0.5744328381736712, 0.9001180978174738, 0.35566434287562265],
     ]

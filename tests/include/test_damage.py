@@ -77,7 +77,7 @@ RECORD = [
     (8, word(1), "DIRECTORY"),
     (40, word(1 << 60), "DIRECTORY"),
     (48, word(1 << 60), "DIRECTORY"),
-    (56, b"\4", "NEWER"),  # a switch that this header does not know
+    (56, b"\6", "NEWER"),  # a switch that this header does not know
     (8 * 18, b"\x3f", "TABLE"),  # step of the guide
 ]
 

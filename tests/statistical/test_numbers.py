@@ -7,8 +7,9 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.component import Law
-from aomc_sky.emission import emitter
+from aomc_sky.emission import band
 from aomc_sky.kernels.arithmetic.constants import ACCEPT_STEP, R2_STEP_V
+from bench import number_modes
 from tests.support import chi2
 from tests.support.sampled import cell_component, even, scene
 
@@ -55,11 +56,11 @@ def test_one_run_fills_every_box_evenly(seed):
 
 def test_equal_steps_are_caught(monkeypatch):
     """Planted: two numbers of one step, and one with the step of the azimuth; each is uniform and the pair is not."""
-    own = emitter.NUMBER_STEPS
+    own = band.NUMBER_STEPS
     for at, value, pair in ((1, own[0], (2, 3)), (0, R2_STEP_V, (1, 2))):
         planted = own.copy()
         planted[at] = value
-        monkeypatch.setattr(emitter, "NUMBER_STEPS", planted)
+        monkeypatch.setattr(band, "NUMBER_STEPS", planted)
         points = coordinates(dome(N, 1))
         assert unevenness(points[:, [2 + at]]) < 0.01
         assert unevenness(points[:, pair]) > 1
@@ -82,10 +83,42 @@ def test_a_rejection_does_not_choose_numbers(monkeypatch):
     model = sky.PerezSky(**sun, epsilon=8.0, delta=0.1, grid=sky.PatchGrid.regular(2, 4))
     source = scene(model, N).source(seed=3, precision="float64")
     assert max(chi_square_with_the_place(source)) < 1.4
-    planted = emitter.NUMBER_STEPS.copy()
+    planted = band.NUMBER_STEPS.copy()
     planted[0] = ACCEPT_STEP
-    monkeypatch.setattr(emitter, "NUMBER_STEPS", planted)
-    assert chi_square_with_the_place(source)[0] > 5
+    monkeypatch.setattr(band, "NUMBER_STEPS", planted)
+    monkeypatch.setattr(band, "_is_one_lattice", lambda plan, number: True)
+    assert chi_square_with_the_place(scene(model, N).source(seed=3, precision="float64"))[0] > 5
+
+
+SMALL = [(name, n) for name in ("perez", "equal patches", "lobes", "uniform") for n in (300, 1000)]
+LARGE = [("perez", 13_000), ("equal patches", 5760), ("table", 10_000), ("uniform", 10_000)]
+
+
+@pytest.mark.parametrize(("name", "n"), [*SMALL, *(pytest.param(*row, marks=pytest.mark.slow) for row in LARGE)])
+def test_no_mode_of_direction_and_numbers_is_far_above_chance(name, n, monkeypatch):
+    """All of them up to the fifth order, beside independent numbers; planted: the lattice on a grid of many cells."""
+    make = number_modes.GRIDS[name]
+    value, mode, chance = number_modes.worst_mode(make, n, 30 if n < 5000 else 6)
+    assert value < number_modes.BOUND * chance, mode
+    if name in ("perez", "equal patches"):
+        monkeypatch.setattr(band, "_is_one_lattice", lambda plan, number: True)
+        assert number_modes.worst_mode(make, n, 3)[0] > 2 * number_modes.BOUND * chance
+
+
+def variance_of_the_beat(monkeypatch, lattice):
+    """Of exp i(2 pi (2 n1 + n2) - azimuth), over that of independent numbers, where rings have 141 photons."""
+    monkeypatch.setattr(band, "_is_one_lattice", lambda plan, number: lattice)
+    total = []
+    for seed in range(60):
+        direction, numbers = number_modes.photons(number_modes.GRIDS["perez"](), 13_000, seed)
+        total.append(np.exp(2j * np.pi * (2 * numbers[:, 0] + numbers[:, 1] - direction[:, 2])).sum())
+    return np.mean(np.abs(total) ** 2) / 13_000
+
+
+def test_rings_do_not_beat_with_two_numbers(monkeypatch):
+    """47 times the variance of independent numbers by the lattice: 2 n1 + n2 makes a turn in each ring."""
+    assert variance_of_the_beat(monkeypatch, lattice=False) < 2
+    assert variance_of_the_beat(monkeypatch, lattice=True) > 40
 
 
 @pytest.mark.parametrize("n", [pytest.param(7, marks=pytest.mark.slow), 60])

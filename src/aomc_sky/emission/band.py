@@ -17,6 +17,7 @@ from aomc_sky.kernels.arithmetic.constants import (
     ANY_WIDTH,
     IN_MU,
     NARROW,
+    NUMBER_STEPS,
     QUARTER,
     R2_STEP_U,
     R2_STEP_V,
@@ -25,11 +26,13 @@ from aomc_sky.kernels.arithmetic.constants import (
 from aomc_sky.kernels.arithmetic.elementary import NARROW_HALF_WIDTH
 from aomc_sky.kernels.cells.laws import DRAWN
 from aomc_sky.kernels.cells.order import split_order
+from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import Order, Placement
 from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.streams import philox_pair, photon_keys
 
 _SHORT = 2**32
+_MANY = 10_000
 _LONG_RUN = 8
 _UPPER_HALF = np.uint64(0xFFFFFFFF00000000)
 
@@ -79,8 +82,10 @@ class StreamWords:
     accept: np.ndarray
     placement_key: np.uint64
     position_key: np.uint64
-    #: Shifts of the numbers for hosts, uint64 (3,).
+    #: Of the numbers for hosts, uint64 (4,): keys of the net and of its ranks, or three shifts of the lattice.
     number_shifts: np.ndarray
+    #: Steps of the lattice of the numbers, uint64 (3,); None where they are of the net.
+    number_steps: np.ndarray | None
     #: The band's part of the Philox counters.
     band: np.uint64
     #: 1 where positions come from Philox instead, else 0.
@@ -101,10 +106,21 @@ class StreamWords:
             accept=np.insert(_band_words(shift_key, band, 1), 1, ACCEPT_STEP),
             placement_key=placement_key,
             position_key=position_key,
-            number_shifts=np.append(_band_words(shift_key, band, 3), _band_words(shift_key, band, 4)[:1]),
+            number_shifts=np.append(_band_words(shift_key, band, 3), _band_words(shift_key, band, 4)),
+            number_steps=NUMBER_STEPS if _is_one_lattice(plan, band) else None,
             band=np.uint64(band),
             jitter=np.uint64(plan.options["placement"] == Placement.PHILOX.value),
         )
+
+
+def _is_one_lattice(plan: Plan, band: int) -> bool:
+    """Whether directions are points of R2 alone, whose lattice the numbers go on with: each component is one cell.
+
+    Such a lattice has no periods but its own, which are short in a band of many photons. Cells and bins give directions
+    others.
+    """
+    is_one_cell = all(c.n_cells == 1 and law_of(c.law).hook != "lobes" for c in plan.components)
+    return is_one_cell and int(plan.cumulative[band, -1]) >= _MANY
 
 
 def lobe_offset_words(plan: Plan, band: int, cells: np.ndarray) -> np.ndarray:

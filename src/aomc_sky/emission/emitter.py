@@ -12,7 +12,7 @@ import numpy as np
 from aomc_sky.component import CellLaw, Law
 from aomc_sky.emission.band import Band, PackedCells, Rings, StreamWords, lobe_offset_words, pack_band
 from aomc_sky.emission.photons import number_columns
-from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS, on_cache_lines, scratch_words
+from aomc_sky.kernels.arithmetic.constants import on_cache_lines, scratch_words
 from aomc_sky.kernels.backend import use_kernels
 from aomc_sky.kernels.cells.laws import slope_words
 from aomc_sky.plan.laws import law_of
@@ -212,7 +212,7 @@ class Emitter:
         """The last arguments of `kernels.numbers` for a band."""
         stream = self._stream(band)
         key, counter = stream.position_key, (stream.band, stream.jitter)
-        return stream.order, stream.number_shifts, NUMBER_STEPS, key, *counter
+        return stream.order, stream.number_shifts, stream.number_steps, key, *counter
 
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, by the compiled kernels."""

@@ -15,7 +15,6 @@ from aomc_sky.emission.band import Band
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.source_witnesses import witnesses
 from aomc_sky.errors import UsageError
-from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS
 from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.streams import STREAM_VERSION
 
@@ -71,13 +70,18 @@ def tables_of(emitter: Emitter, band: int, packed: Band) -> dict[str, np.ndarray
 def _record(emitter: Emitter, band: int, packed: Band) -> np.ndarray:
     """The words of the band's record but for wavelength, irradiance and directory, uint64 (40,)."""
     stream, lobes = emitter._stream(band), emitter._lobe_tables
+    is_net = stream.number_steps is None and not packed.jitter
     words = np.zeros(_RECORD_WORDS, np.uint64)
     words[:3] = emitter.n_photons(band), packed.cumulative.size - 3, emitter.plan.n_cells
-    words[7] = int(packed.order.size > 0) | int(packed.jitter) << 1
+    words[7] = int(packed.order.size > 0) | int(packed.jitter) << 1 | is_net << 2
     words[8:11] = packed.order[3:] if packed.order.size else 0
     words[11:13], words[13:15] = packed.shifts, packed.steps
     words[15:19] = packed.key, stream.position_key, packed.number, packed.guide_shift
-    words[19:22], words[22:25], words[25:28] = stream.accept, stream.number_shifts, NUMBER_STEPS
+    words[19:22], words[22:25] = stream.accept, stream.number_shifts[:3]
+    if is_net:
+        words[25] = stream.number_shifts[3]
+    elif stream.number_steps is not None:
+        words[25:28] = stream.number_steps
     words[28:30], words[30] = 0 if lobes is None else lobes.tables[4], packed.azimuth_kernel
     return words
 

@@ -158,7 +158,7 @@ typedef struct aomc_sky_source {
     int32_t n_slot, n_cell, lobe_ends[2], n_witness, disc_cell; /* a disc, if all other cells have `law_of_all`; else -1 */
     uint64_t order_bits, order_size, order_keys[3];
     uint64_t shifts[2], steps[2], placement_key, position_key, band, guide_shift;
-    uint64_t accept[3], number_shifts[3], number_steps[3];
+    uint64_t accept[3], number_shifts[3], number_steps[3]; /* of the net: keys; the first step is that of the ranks */
     const void *cumulative;      /* photons before each slot, uint32 or uint64, and two sentinels */
     const uint32_t *guide;       /* the slot of every 2^guide_shift-th rank */
     const int32_t *cell_of_slot; /* NULL where they are the same */
@@ -173,7 +173,7 @@ typedef struct aomc_sky_source {
     const uint32_t *bins;
     const double *shapes, *envelopes, *bins_per_photon;
     const uint64_t *witnesses;
-    uint64_t reserve[13]; /* 512 bytes in all, as aomc_sky.f90 says */
+    uint64_t by_net, reserve[12]; /* 512 bytes in all, as aomc_sky.f90 says */
 } aomc_sky_source;
 
 /* `patch` is the cell over all components, as in counts.csv. */
@@ -543,11 +543,64 @@ SKY_FORMULA uint64_t aomc_sky_decision(int by_philox, const aomc_sky_source *s, 
     return word;
 }
 
+/* ---- kernels/arithmetic/net.py ---- */
+
+/* reversed_bits */
+SKY_FORMULA uint32_t aomc_sky_reversed(uint32_t x) {
+    x = (x & 0xAAAAAAAAu) >> 1 | (x << 1 & 0xAAAAAAAAu);
+    x = (x & 0xCCCCCCCCu) >> 2 | (x << 2 & 0xCCCCCCCCu);
+    x = (x & 0xF0F0F0F0u) >> 4 | (x << 4 & 0xF0F0F0F0u);
+    x = (x & 0xFF00FF00u) >> 8 | (x << 8 & 0xFF00FF00u);
+    return x >> 16 | x << 16;
+}
+
+/* nested */
+SKY_FORMULA uint32_t aomc_sky_nested(uint32_t x, uint64_t key) {
+    x ^= x * 0x3D20ADEAu;
+    x += (uint32_t)(key >> 32);
+    x *= (uint32_t)key | 1;
+    x ^= x * 0x05526C56u;
+    return x ^ x * 0x53A22864u;
+}
+
+/* index_of_rank */
+SKY_FORMULA uint32_t aomc_sky_point(uint64_t rank, uint64_t key) {
+    uint32_t x = aomc_sky_reversed((uint32_t)rank) + (uint32_t)(rank >> 32) * 0x9E3779B9u;
+    return aomc_sky_reversed(aomc_sky_nested(x, key));
+}
+
+/* digits_of_x_plus_1 */
+SKY_FORMULA uint32_t aomc_sky_second(uint32_t v) {
+    v ^= (v & 0xFFFF0000u) >> 16;
+    v ^= (v & 0xFF00FF00u) >> 8;
+    v ^= (v & 0xF0F0F0F0u) >> 4;
+    v ^= (v & 0xCCCCCCCCu) >> 2;
+    return v ^ (v & 0xAAAAAAAAu) >> 1;
+}
+
+/* digits_of_x2_plus_x_plus_1 */
+SKY_FORMULA uint32_t aomc_sky_third(uint32_t v) {
+    v ^= (v & 0xFFFF0000u) >> 8 ^ (v & 0x00FF0000u) >> 16 ^ (v & 0xFF000000u) >> 24;
+    v ^= (v & 0xFF00FF00u) >> 4 ^ (v & 0x0F000F00u) >> 8 ^ (v & 0xF000F000u) >> 12;
+    v ^= (v & 0xF0F0F0F0u) >> 2 ^ (v & 0x30303030u) >> 4 ^ (v & 0xC0C0C0C0u) >> 6;
+    return v ^ (v & 0xCCCCCCCCu) >> 1 ^ (v & 0x44444444u) >> 2 ^ (v & 0x88888888u) >> 3;
+}
+
+/* net_word */
+SKY_FORMULA uint64_t aomc_sky_net_word(uint32_t digits, uint64_t key) {
+    uint32_t x = aomc_sky_nested(digits, key);
+    return (uint64_t)aomc_sky_reversed(x) << 32 | (x * 0x9E3779B9u ^ (uint32_t)key);
+}
+
 /* ---- emission/kernels/numbers.py ---- */
 
 /* the word of number c of a photon: three_numbers */
 SKY_FORMULA uint64_t aomc_sky_number_word(const aomc_sky_source *s, uint64_t rank, int c) {
     uint64_t a, b;
+    if (s->by_net) {
+        uint32_t v = aomc_sky_point(rank, s->number_steps[0]);
+        return aomc_sky_net_word(c == 0 ? v : c == 1 ? aomc_sky_second(v) : aomc_sky_third(v), s->number_shifts[c]);
+    }
     if (!s->by_philox) return s->number_shifts[c] + rank * s->number_steps[c];
     aomc_sky_pair(s->position_key, rank, s->band, c == 2 ? 2 : 1, &a, &b);
     return c == 1 ? b : a;
@@ -1043,9 +1096,9 @@ SKY_HOST int aomc_sky_read_record(const aomc_sky_file *file, const uint64_t *r, 
     memcpy(&s->wavelength_nm, r + 3, 8);
     memcpy(&s->irradiance_W_m2_nm, r + 4, 8);
     if (n > UINT64_C(1) << 62 || r[1] > 0x7FFFFFF0 || r[2] > 0x7FFFFFF0) return AOMC_SKY_TABLE;
-    if (r[7] > 3) return AOMC_SKY_NEWER;
+    if (r[7] > 5) return AOMC_SKY_NEWER;
     s->n = (int64_t)n, s->n_slot = (int32_t)r[1], s->n_cell = (int32_t)r[2];
-    s->is_shuffled = (int32_t)(r[7] & 1), s->by_philox = (int32_t)(r[7] >> 1);
+    s->is_shuffled = (int32_t)(r[7] & 1), s->by_philox = (int32_t)(r[7] >> 1 & 1), s->by_net = r[7] >> 2;
     while (bits < 31 && UINT64_C(1) << (2 * bits) < n) bits++;
     s->order_bits = bits, s->order_size = ((n - 1) >> bits) + 1, s->is_short = n <= UINT64_C(65535) << 16;
     for (k = 0; k < 3; k++) {
@@ -2179,9 +2232,11 @@ SKY_FN void SKY_(number_range)(const aomc_sky_source *s, uint64_t start, uint64_
     uint64_t lo, j, m;
     for (lo = 0; lo < n; lo += m) {
         uint64_t rank[SKY_BLOCK], a[SKY_BLOCK], b[SKY_BLOCK];
+        uint32_t point[SKY_BLOCK];
         int c;
         m = n - lo < SKY_BLOCK ? n - lo : SKY_BLOCK;
         aomc_sky_ranks(s, start + lo, m, rank);
+        for (j = 0; s->by_net && j < m; j++) point[j] = aomc_sky_point(rank[j], s->number_steps[0]);
         for (c = 0; c < 3; c++) {
             SKY_F *out = c == 0 ? n1 : c == 1 ? n2 : n3;
             uint64_t shift = s->number_shifts[c], step = s->number_steps[c], *word = c == 1 ? b : a;
@@ -2190,6 +2245,12 @@ SKY_FN void SKY_(number_range)(const aomc_sky_source *s, uint64_t start, uint64_
             if (!out) continue;
             if (s->by_philox)
                 for (j = 0; j < m; j++) out[lo + j] = SKY_(unit)(word[j]);
+            else if (s->by_net && c == 0)
+                for (j = 0; j < m; j++) out[lo + j] = SKY_(unit)(aomc_sky_net_word(point[j], shift));
+            else if (s->by_net && c == 1)
+                for (j = 0; j < m; j++) out[lo + j] = SKY_(unit)(aomc_sky_net_word(aomc_sky_second(point[j]), shift));
+            else if (s->by_net)
+                for (j = 0; j < m; j++) out[lo + j] = SKY_(unit)(aomc_sky_net_word(aomc_sky_third(point[j]), shift));
             else
                 for (j = 0; j < m; j++) out[lo + j] = SKY_(unit)(shift + rank[j] * step);
         }

@@ -10,6 +10,7 @@ import numpy as np
 from aomc_sky.component import Law
 from aomc_sky.kernels.arithmetic.constants import U64
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned_any, unit
+from aomc_sky.kernels.arithmetic.net import digits_of_x2_plus_x_plus_1, digits_of_x_plus_1, index_of_rank, net_word
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells.laws import positions_in_cells, sloped
 from aomc_sky.kernels.cells.order import ranks_of_photons
@@ -107,9 +108,13 @@ def positions(is_circle, start, key, band, size_x, size_y, x, y):
 def numbers(start, out, order, shifts, steps, key, band, jitter):
     """The numbers of the photons from `start` on, as in `kernels.numbers`; `out` (n, k)."""
     rank = _ranks(start, start + out.shape[0], order)
+    digits_of = (lambda index: index, digits_of_x_plus_1, digits_of_x2_plus_x_plus_1)
+    index = None if jitter or steps is not None else index_of_rank(rank, shifts[3])
     for c in range(out.shape[1]):
         if jitter:
             word = philox_pair(key, rank, band, U64(2 if c == 2 else 1))[c % 2]
+        elif index is not None:
+            word = net_word(digits_of[c](index), shifts[c])
         else:
             word = shifts[c] + rank * steps[c]
         out[:, c] = unit(word, out)
