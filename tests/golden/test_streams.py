@@ -1,8 +1,9 @@
 """The first words of every stream, for ever, the first photons of small scenes, and counts of small tables.
 
-streams.json has the words of the generators and never changes. photons.json has counts and photons: a change there is a
-change of photons for equal input, which raises the minor version, changes `STREAM_VERSION`, and is announced under
-*Streams* in the changelog. `python -m tests.golden.test_streams` writes photons.json anew.
+streams.json has the words of the generators and never changes. photons.json has counts, photons and their numbers: a
+change there is a change for equal input, which raises the minor version and is announced under *Streams* in the
+changelog. Other directions change `STREAM_VERSION`, too, and other numbers the switches of a source file's record.
+`python -m tests.golden.test_streams` writes photons.json anew.
 """
 
 import json
@@ -55,6 +56,13 @@ def narrow_photons(precision):
     return hexadecimal(batch.directions.view(np.uint32 if precision == "float32" else np.uint64))
 
 
+def number_words(seed, components, n):
+    """Words of the numbers of the first four photons: of the net, or of the lattice of many photons of one cell."""
+    scene = sky.Scene(wavebands=[500.0], n_photons=n, components=components)
+    batch = scene.source(seed=seed, precision="float64").photons(0, 0, 4, numbers=3)
+    return hexadecimal(np.ascontiguousarray(batch.numbers).view(np.uint64))
+
+
 def golden_words():
     def pair(seed, name, method):
         return [hex(word) for word in streams.philox_pair(streams.stream_key(seed, name, method), 5, 1, 2)]
@@ -71,7 +79,9 @@ def golden_photons():
     ways += [(seed, {"method": "iid"}) for seed in SEEDS]
     photons = {f"{seed} {next(iter(way.values()))}": small_photons(seed, **way) for seed, way in ways}
     narrow = {precision: narrow_photons(precision) for precision in ("float32", "float64")}
-    return {"version": streams.STREAM_VERSION, "photons": photons, "narrow": narrow}
+    kinds = {"net": (table_of(np.ones((3, 4))), 1000), "lattice": ("uniform", 20_000)}
+    numbers = {f"{seed} {name}": number_words(seed, *kind) for seed in SEEDS for name, kind in kinds.items()}
+    return {"version": streams.STREAM_VERSION, "photons": photons, "narrow": narrow, "numbers": numbers}
 
 
 SLOW = () if numba.config.DISABLE_JIT else pytest.mark.slow
@@ -95,7 +105,7 @@ def test_streams_never_change(part, computed):
     assert computed[part] == json.loads(WORDS.read_text())[part]
 
 
-@pytest.mark.parametrize("part", ["version", "photons", "narrow"])
+@pytest.mark.parametrize("part", ["version", "photons", "narrow", "numbers"])
 def test_photons_change_with_the_version_of_the_streams_alone(part, computed):
     assert computed[part] == json.loads(PHOTONS.read_text())[part]
 

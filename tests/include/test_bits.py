@@ -9,6 +9,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
+from aomc_sky.emission import band
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.source_file import source_bytes
 from tests.support.host_programs import run
@@ -49,6 +50,17 @@ def test_scenes_of_inputs(name):
         pytest.skip(str(error))
     for options in ({}, {"precision": "float64", "order": "patch"}):
         compare(built("-O3 -march=native"), scene.source(seed=3, **options))
+
+
+def test_a_file_of_the_version_before_keeps_its_numbers(monkeypatch):
+    """Version 0.4 had the lattice for every sky. Its files lack the switch that its header refuses."""
+    of_net = np.frombuffer(source_of("table").to_bytes(), "<u8")
+    monkeypatch.setattr(band, "_is_one_lattice", lambda plan, number: True)
+    before = source_of("table")
+    compare(built("-O2"), before)
+    of_lattice = np.frombuffer(before.to_bytes(), "<u8")
+    switches = of_lattice[7] // 8 + 7
+    assert (of_lattice[switches], of_net[switches]) == (1, 5)
 
 
 @pytest.mark.parametrize("order", ["shuffled", "patch"])

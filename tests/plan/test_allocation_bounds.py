@@ -99,6 +99,18 @@ def test_fixed_point_against_the_exact_ratios(mass):
     assert all(m > 0 or a == b for m, (a, b) in zip(mass, itertools.pairwise(cumulative), strict=True))
 
 
+@pytest.mark.parametrize("n", [2**20 - 1, 2**20, 2**20 + 1, 2_500_000])
+def test_fixed_point_of_many_patches(n):
+    """Each entry the nearest multiple of 2^-62, by whole numbers; widely spread masses, some 0."""
+    rng = np.random.default_rng(n)
+    mass = rng.integers(1, 2**20, n) << rng.integers(0, 21, n)
+    mass[rng.random(n) < 0.2] = 0
+    sums = np.cumsum(mass)
+    places, total = rng.integers(0, n, 20_000), int(sums[-1])
+    wanted = [(2**63 * s + total) // (2 * total) for s in sums[places].tolist()]
+    assert fixed_point_cumulative(mass / 2.0**41)[1 + places].tolist() == wanted
+
+
 @pytest.mark.parametrize("n", [32_400, 10_007, 4096])
 def test_equal_patches_at_1e15_photons(n):
     """Every run of patches within one photon and N 2^-62 of its exact share; the rest in one cell was 3 photons off."""

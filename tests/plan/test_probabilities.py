@@ -43,8 +43,9 @@ def test_normalised_to_one_ulp_or_so(mass):
     assert abs(sum(map(plain.Fraction, found.tolist())) - 1) <= plain.Fraction(1, 2**52)
 
 
-def test_more_cells_than_the_vector_form_takes_are_settled_by_integers(monkeypatch):
-    monkeypatch.setattr(fixed_point, "_MAX_VECTOR", 5)
+def test_quotients_in_doubt_are_settled_by_integers(monkeypatch):
+    """Here all of them are."""
+    monkeypatch.setattr(fixed_point, "_NEAR_A_HALF", 1.0)
     assert fixed_point_cumulative(MASSES["sky"]).tolist() == plain.fixed_point(MASSES["sky"])
 
 

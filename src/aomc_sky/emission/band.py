@@ -161,8 +161,9 @@ class PackedCells:
         values = cell.astype(dtype)
         blank = np.zeros((cell.shape[0], 1), dtype)
         number = np.ascontiguousarray(ring_of_cell, dtype=np.int64).view(dtype).reshape(cell.shape[0], -1)
-        heads, first, head_of_cell = _distinct_rows(np.hstack([values[:, :3], blank, number]))
-        tails, _, tail_of_cell = _distinct_rows(np.hstack([values[:, 4:], values[:, 3:4], blank]))
+        heads, first, head_of_cell = _distinct_rows(np.hstack([values[:, :3], blank, number]), 1)
+        columns = int(np.bincount(np.bincount(ring_of_cell)).argmax())
+        tails, _, tail_of_cell = _distinct_rows(np.hstack([values[:, 4:], values[:, 3:4], blank]), columns)
         heads = np.ascontiguousarray(heads[:, :4])
         words = np.concatenate([heads.view(np.uint64).ravel(), tails.view(np.uint64).ravel()])
         per_row = heads.view(np.uint64).shape[1]
@@ -188,12 +189,23 @@ class PackedCells:
         return words
 
 
-def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Unique rows, first index, inverse."""
+def _distinct_rows(rows: np.ndarray, step: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unique rows, first index, inverse.
+
+    A row equal to the one `step` before is not sorted: rings repeat columns, and columns a ring.
+    """
     rows = np.ascontiguousarray(rows)
-    keys = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
+    words, n = rows.view(np.uint64), len(rows)
+    is_new = np.ones(n, bool)
+    is_new[step:] = np.any(words[step:] != words[:-step], axis=1)
+    source = np.zeros(-(-n // step) * step, np.int64)
+    source[:n] = np.where(is_new, np.arange(n), 0)
+    source = np.maximum.accumulate(source.reshape(-1, step), axis=0).ravel()[:n]
+    new = np.flatnonzero(is_new)
+    keys = rows[new].view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
     _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
-    return np.ascontiguousarray(rows[first]), first, inverse.ravel()
+    first = new[first]
+    return np.ascontiguousarray(rows[first]), first, inverse.ravel()[np.cumsum(is_new)[source] - 1]
 
 
 class Band(NamedTuple):

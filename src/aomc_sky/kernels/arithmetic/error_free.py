@@ -20,8 +20,7 @@ _S32 = np.uint64(32)
 _S62 = np.uint64(62)
 _REST = np.uint64((1 << 62) - 1)
 
-_CUMULATIVE_LEVELS = 4
-_MAX_VECTOR = 1 << 20
+_CUMULATIVE_BITS = 107
 _CHUNK = 8192  # intermediate arrays of this size stay in the cache
 _NEAR_A_HALF = 2.0**-26
 _SUM_LEVELS = 3
@@ -79,13 +78,11 @@ def rounded_cumulative(values: np.ndarray) -> np.ndarray:
     Entry k is floor(2^62 S_k / S_n + 1/2), where S_k is the exact sum of the first k values. [0 to 1.8e308, at least
     one positive]
 
-    Running sums and quotients have twice the precision of float64. For up to 2^20 values the error of a quotient is
-    below 2^-30 units. Quotients within 2^-26 of a change of rounding are computed with integers, and so are all
-    quotients of more than 2^20 values.
+    Running sums and quotients have twice the precision of float64. The error of a quotient is below 2^-30 units.
+    Quotients within 2^-26 of a change of rounding are computed with integers.
     """
     units = np.zeros(values.size + 1, dtype=np.int64)
-    is_long = values.size > _MAX_VECTOR
-    doubtful = np.arange(values.size) if is_long else _fill_units(values, units[1:])
+    doubtful = _fill_units(values, units[1:])
     if doubtful.size:
         units[1 + doubtful] = _rounded_by_integers(values, doubtful)
     return units.view(np.uint64)
@@ -103,19 +100,20 @@ def _fill_units(values: np.ndarray, units: np.ndarray) -> np.ndarray:
 
 
 def _running_sums(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Running sums of up to 2^20 numbers up to 1 as sums of two floats, with relative errors below 2^-95 + 2^-105.
+    """Running sums of numbers up to 1 as sums of two floats, with relative errors below 2^-95 + 2^-105.
 
-    The cuts are those of `exact_sum`. Each of four levels takes 32 bits or more, so few that their running sums are
-    exact.
+    The cuts are those of `exact_sum`. A level takes 53 - b bits of numbers of which there are up to 2^b, so few that
+    their running sums are exact. There are so many levels that all that is left adds up to less than 2^-107.
     """
     bits = (values.size + 1).bit_length()
-    sigma = [2.0 ** (bits + level * (bits - 53)) for level in range(_CUMULATIVE_LEVELS)]
-    reached = [0.0] * _CUMULATIVE_LEVELS
+    levels = -(-(_CUMULATIVE_BITS + bits) // (53 - bits))
+    sigma = [2.0 ** (bits + level * (bits - 53)) for level in range(levels)]
+    reached = [0.0] * levels
     high, low = np.empty_like(values), np.empty_like(values)
     for start in range(0, values.size, _CHUNK):
         rest = values[start : start + _CHUNK].copy()
         sums = []
-        for level in range(_CUMULATIVE_LEVELS):
+        for level in range(levels):
             upper = (rest + sigma[level]) - sigma[level]
             rest -= upper
             running = np.cumsum(upper)
