@@ -1,6 +1,6 @@
 """What numbers that go with the photons are worth in water: variance of independent photons over that of ours.
 
-    python bench/even_numbers.py [--photons 100000] [--replicates 200]
+    python bench/even_numbers.py [--photons 100000] [--replicates 200] [--modes]
 
 The light of inputs/clear_day falls through a flat surface into three waters (Petzold's, in Mobley 1994; Henyey
 and Greenstein with g = 0.9; refractive index 1.34; black below 15 m). At each collision a photon's weight is
@@ -11,6 +11,7 @@ the first scattering angle too, with three the azimuth of that scattering. Each 
 
 A factor is the variance of the mean of N independent photons, which is that of one photon over N, divided by the
 variance of the mean over the replicates. Its relative standard error is the root of 2 / (replicates - 1).
+With --modes the table of `number_modes.py` comes first: the worst mode of directions and numbers on six grids.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples" / "slab"))
 
+import number_modes
 from fresnel import reflectance, refracted_mu
 from philox import event_numbers, transport_key
 from scattering import sample_henyey_greenstein, turned
@@ -143,7 +145,11 @@ def main() -> None:
     parser.add_argument("--photons", type=int, default=100_000, help="of a replicate")
     parser.add_argument("--replicates", type=int, default=200)
     parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--modes", action="store_true")
     options = parser.parse_args()
+    if options.modes:
+        for line in number_modes.rows(number_modes.GRIDS, number_modes.PHOTONS, number_modes.WORK):
+            print(line, flush=True)
     error = math.sqrt(2 / (options.replicates - 1))
     print(f"{options.photons} photons, {options.replicates} replicates: factors are known to {error:.0%}")
     print("water    numbers" + "".join(f"  {name:>4} at" + "".join(f"{d:5g}" for d in DEPTHS_M) for name in NAMES))

@@ -1,4 +1,4 @@
-"""Search the steps of the numbers that a photon carries for its host (`constants.NUMBER_STEPS`).
+"""Search the steps of the numbers that photons of a sky of one patch carry (`constants.NUMBER_STEPS`).
 
     python bench/number_steps.py [--candidates 30000] [--seed 12]
 

@@ -99,7 +99,7 @@ class NumbaSampler:
     precision : numpy.dtype
         float32 or float64, that of the source.
     numbers : int
-        Further coordinates that each photon carries; see `PhotonSource.photons`. [0 to 3]
+        Numbers that each photon carries; see `PhotonSource.photons`. [0 to 3]
 
     Examples
     --------

@@ -345,7 +345,7 @@ class PhotonSource:
         out : PhotonBatch, optional
             Its arrays are filled and used by the result; at least stop - start entries each.
         numbers : int
-            How many further coordinates of its low-discrepancy point each photon carries. [0 to 3]
+            How many numbers each photon carries. [0 to 3]
 
         Returns
         -------
@@ -451,8 +451,7 @@ class PhotonSource:
     def numba_sampler(self, band: int = 0, *, numbers: int = 0, weighted: bool = False) -> NumbaSampler:
         """Return the photons of a band as jitted functions for your own `@njit` loop; see `NumbaSampler`.
 
-        Each photon carries `numbers` further coordinates of its low-discrepancy point, 0 to 3; see `photons`. The
-        photons of a source with a bias have weights: `weighted` says that the loop counts photon i with
+        Each photon carries `numbers` further numbers, 0 to 3; see `photons`. The photons of a source with a bias have weights: `weighted` says that the loop counts photon i with
         `weights[patch(i)]`.
 
         Raises

@@ -168,7 +168,7 @@ _NAMES = ("ux", "uy", "uz", "patch", "x", "y", "weight", "q", "u", "numbers")
 _CELL = np.dtype(np.int32)
 
 MAX_NUMBERS = 3
-"""Most further coordinates of a photon."""
+"""Most numbers that a photon carries for its host."""
 
 
 def batch_arrays(

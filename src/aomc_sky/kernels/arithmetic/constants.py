@@ -23,7 +23,7 @@ ACCEPT = np.uint64(1 << 31)
 does it for photons without a sequence."""
 
 NUMBER_STEPS = np.array([0xA36E8B5385138591, 0xBAF1C66A7A85077F, 0x9629644EAFD5A7D3], dtype=np.uint64)
-"""Steps of the numbers that a photon carries for its host, found by bench/number_steps.py."""
+"""Steps of the numbers that photons of a sky of one patch carry for their host, found by bench/number_steps.py."""
 NUMBER_STEPS.flags.writeable = False
 
 BLOCK = 2048

@@ -1,4 +1,4 @@
-"""A scrambled digital net over the ranks of a band: uniform numbers that never beat with the photons' directions.
+"""A scrambled digital net over the ranks of a band: uniform numbers that never beat with the directions.
 
 Niederreiter's sequence in base 2: the bits of an index are a polynomial over GF(2), whose digits to the bases x, x + 1
 and x^2 + x + 1 are the first, second and third number. Any 2^k ranks from a multiple of 2^k on fill the unit cube
