@@ -451,8 +451,8 @@ class PhotonSource:
     def numba_sampler(self, band: int = 0, *, numbers: int = 0, weighted: bool = False) -> NumbaSampler:
         """Return the photons of a band as jitted functions for your own `@njit` loop; see `NumbaSampler`.
 
-        Each photon carries `numbers` further numbers, 0 to 3; see `photons`. The photons of a source with a bias have weights: `weighted` says that the loop counts photon i with
-        `weights[patch(i)]`.
+        Each photon carries `numbers` further numbers, 0 to 3; see `photons`. The photons of a source with a bias have
+        weights: `weighted` says that the loop counts photon i with `weights[patch(i)]`.
 
         Raises
         ------

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import S32, U32, U64
-from aomc_sky.kernels.formula import inlined_formula
+from aomc_sky.kernels.formula import formulas
 
 _A, _B, _C = np.uint32(0x3D20ADEA), np.uint32(0x05526C56), np.uint32(0x53A22864)
 _REST = np.uint32(0x9E3779B9)
@@ -25,7 +25,6 @@ _THIRD = tuple(np.uint32(mask) for mask in (0x44444444, 0x30303030, 0x0F000F00, 
 _FOURTH = tuple(np.uint32(mask) for mask in (0x88888888, 0xC0C0C0C0, 0xF000F000, 0xFF000000))
 
 
-@inlined_formula
 def reversed_bits(x):
     """The 32 bits of a word in the other order."""
     h1, h2, h4, h8 = _HALVES
@@ -36,7 +35,6 @@ def reversed_bits(x):
     return U32(U32(x >> _S16) | U32(x << _S16))
 
 
-@inlined_formula
 def nested(x, key):
     """Scramble a reversed word: a bit is moved by the key and by the lower bits, those of more weight."""
     x = U32(x ^ U32(x * _A))
@@ -46,14 +44,12 @@ def nested(x, key):
     return U32(x ^ U32(x * _C))
 
 
-@inlined_formula
 def index_of_rank(rank, key):
     """The point of the net that a rank has; the upper 32 bits of a rank give it another net."""
     low, high = U32(rank), U32(rank >> S32)
     return reversed_bits(nested(U32(reversed_bits(low) + U32(high * _REST)), key))
 
 
-@inlined_formula
 def digits_of_x_plus_1(v):
     """The polynomial v to the base x + 1, the lowest digit first: divided by x^16 + 1, halves by x^8 + 1, and so on."""
     h1, h2, h4, h8 = _HALVES
@@ -64,14 +60,12 @@ def digits_of_x_plus_1(v):
     return U32(v ^ U32(U32(v & h1) >> _S1))
 
 
-@inlined_formula
 def _divided(v, third, fourth, one, two, three):
     """Quotients and remainders by x^2m + x^m + 1 of all parts of 4 m bits; the masks are their upper quarters."""
     c, d = U32(v & third), U32(v & fourth)
     return U32(U32(v ^ U32(U32(c | d) >> one)) ^ U32(U32(c >> two) ^ U32(d >> three)))
 
 
-@inlined_formula
 def digits_of_x2_plus_x_plus_1(v):
     """The polynomial v to the base x^2 + x + 1, digits of two bits, the lowest one first."""
     v = _divided(v, _THIRD[3], _FOURTH[3], _S8, _S16, _S24)
@@ -80,8 +74,19 @@ def digits_of_x2_plus_x_plus_1(v):
     return _divided(v, _THIRD[0], _FOURTH[0], _S1, _S2, _S3)
 
 
-@inlined_formula
 def net_word(digits, key):
     """The 64-bit word of a number from the digits of its point: 32 bits are of the net, the others a hash of them."""
     x = nested(digits, key)
     return (U64(reversed_bits(x)) << S32) | U64(U32(U32(x * _REST) ^ U32(key)))
+
+
+formulas(
+    reversed_bits,
+    nested,
+    index_of_rank,
+    digits_of_x_plus_1,
+    _divided,
+    digits_of_x2_plus_x_plus_1,
+    net_word,
+    is_inlined=True,
+)
