@@ -8,7 +8,7 @@ import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from tests.support.host_programs import run
 from tests.support.shared import REPOSITORY
-from tests.support.source_files import FLAGS_OF_HOST, SCENES, needs_gcc, source_of
+from tests.support.source_files import FLAGS_OF_HOST, SCENES, biased, needs_gcc, source_of
 
 pytestmark = [needs_gcc, pytest.mark.slow]
 PROGRAM = REPOSITORY / "tests" / "reference" / "source_driver.c"
@@ -27,6 +27,9 @@ def files(tmp_path_factory):
             order = "shuffled" if len(names) % 2 else "patch"
             source = source_of(name, 100_003, precision=precision, order=order, placement=placement)
             sky.write_source(source, names[-1])
+    for name in ("disc and table", "lobes and all"):
+        names.append(folder / f"{len(names):02d}.sky")
+        sky.write_source(biased(name, 100_003), names[-1])
     return names, sums(["gcc", "-O2"], folder, names)
 
 

@@ -19,6 +19,7 @@ from tests.support.shared import REPOSITORY
 from tests.support.source_files import (
     FLAGS_OF_HOST,
     SCENES,
+    biased,
     built,
     needs_gcc,
     same_bits,
@@ -30,6 +31,7 @@ pytestmark = needs_gcc
 HEADER = include_dir() / "aomc_sky.h"
 CODES = {name: int(value) for name, value in re.findall(r"AOMC_SKY_(\w+) = (-\d+)", HEADER.read_text())}
 FUZZED = [("everything", {}), ("lobes and all", {}), ("sloped", {"precision": "float64", "order": "patch"})]
+FUZZED += [("disc and table", {"is_biased": True}), ("perez", {"is_biased": True, "precision": "float64"})]
 
 
 def word(value, width=8):
@@ -185,7 +187,9 @@ def fuzzer(tmp_path_factory):
 @pytest.mark.parametrize(("name", "options"), FUZZED)
 def test_damaged_files_under_sanitizers(name, options, sealing, count, fuzzer, tmp_path):
     path = tmp_path / "one.sky"
-    sky.write_source(source_of(name, 5000, **options), path)
+    make = biased if options.get("is_biased") else source_of
+    options = {key: value for key, value in options.items() if key != "is_biased"}
+    sky.write_source(make(name, 5000, **options), path)
     command = [str(fuzzer), str(path), str(count), "5", str(sealing)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=3000)
     assert done.returncode == 0, done.stderr[-2000:]
@@ -308,7 +312,7 @@ def test_a_source_that_is_null_has_a_code_and_conversions_do_not_warn(compiler, 
 
 def test_every_code_has_a_sentence_and_checksums_agree(data):
     texts = [built().message(code) for code in CODES.values()]
-    assert len(set(texts)) == len(CODES) == 15
+    assert len(set(texts)) == len(CODES) == 16
     assert "unknown" not in "".join(texts)
     assert (built().message(0), built().message(-99)) == ("no error", "an unknown code")
     assert built().checksum(data) == checksum(data) == int.from_bytes(data[40:48], "little")

@@ -26,6 +26,35 @@ int driver_band(int32_t band)
     return aomc_sky_band(&file, band, &source);
 }
 
+int driver_weighted_band(int32_t band)
+{
+    return aomc_sky_weighted_band(&file, band, &source);
+}
+
+double driver_weight(int32_t patch)
+{
+    return aomc_sky_weight(&source, patch);
+}
+
+int32_t driver_component(int32_t patch)
+{
+    return aomc_sky_component(&source, patch);
+}
+
+double driver_photon_light(void)
+{
+    return source.photon_light;
+}
+
+int64_t driver_fill_weighted(
+    int is_double, int64_t start, int64_t n, void *x, void *y, void *z, int32_t *patch, void *weight)
+{
+    if (is_double)
+        return aomc_sky_fill_weighted_double(
+            &source, start, n, (double *)x, (double *)y, (double *)z, patch, (double *)weight);
+    return aomc_sky_fill_weighted(&source, start, n, (float *)x, (float *)y, (float *)z, patch, (float *)weight);
+}
+
 int64_t driver_n(void)
 {
     return source.n;
@@ -93,7 +122,7 @@ int main(int count, char **arguments)
             int64_t n = 0, start, j;
             static double x[3][4096];
             static float y[3][4096];
-            code = aomc_sky_band(&file, band, &source);
+            code = aomc_sky_weighted_band(&file, band, &source);
             for (start = 0; code == 0 && start < source.n && start < 200000; start += n) {
                 if (file.precision == 8) n = aomc_sky_fill_double(&source, start, 4096, x[0], x[1], x[2]);
                 else n = aomc_sky_fill(&source, start, 4096, y[0], y[1], y[2]);
@@ -103,6 +132,17 @@ int main(int count, char **arguments)
                     if (file.precision == 8) memcpy(&word, &x[j / n][j % n], 8);
                     else memcpy(&word, &y[j / n][j % n], 4);
                     sum = (sum ^ word) * UINT64_C(0x9E3779B97F4A7C15);
+                    sum ^= sum >> 32;
+                }
+                for (j = 0; j < n; j++) { /* weight and component go by the patch */
+                    static int32_t patch[4096];
+                    double weight;
+                    if (j == 0 && file.precision == 8)
+                        aomc_sky_fill_weighted_double(&source, start, 4096, x[0], x[1], x[2], patch, NULL);
+                    else if (j == 0)
+                        aomc_sky_fill_weighted(&source, start, 4096, y[0], y[1], y[2], patch, NULL);
+                    weight = aomc_sky_weight(&source, patch[j]) * (2 + aomc_sky_component(&source, patch[j]));
+                    sum = (sum ^ aomc_sky_bits(weight) ^ (uint64_t)patch[j]) * UINT64_C(0x9E3779B97F4A7C15);
                     sum ^= sum >> 32;
                 }
                 for (j = 0; j < n && j < 64; j++) {

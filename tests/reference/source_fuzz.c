@@ -49,20 +49,25 @@ static void damage(unsigned char *bytes, uint64_t size)
 static void use(const aomc_sky_file *file)
 {
     static float x[3][700];
-    static double y[3][700], sum;
+    static double y[3][700], weight_double[700], sum;
+    static float weight[700];
+    static int32_t patch[700];
     int32_t band;
     for (band = 0; band < file->n_bands; band++) {
         aomc_sky_source source;
-        int64_t start, k;
-        if (aomc_sky_band(file, band, &source) != 0 || source.n == 0) continue;
+        int64_t start, k, n;
+        if (aomc_sky_weighted_band(file, band, &source) != 0 || source.n == 0) continue;
         start = (int64_t)draw((uint64_t)source.n);
         if (file->precision == 4) {
             aomc_sky_fill(&source, start, 700, x[0], x[1], x[2]);
+            n = aomc_sky_fill_weighted(&source, start, 700, x[0], x[1], x[2], patch, weight);
             aomc_sky_numbers(&source, start, 700, x[0], NULL, x[2]);
         } else {
             aomc_sky_fill_double(&source, start, 700, y[0], y[1], y[2]);
+            n = aomc_sky_fill_weighted_double(&source, start, 700, y[0], y[1], y[2], patch, weight_double);
             aomc_sky_numbers_double(&source, start, 700, y[0], NULL, y[2]);
         }
+        for (k = 0; k < n; k++) sum += aomc_sky_weight(&source, patch[k]) + aomc_sky_component(&source, patch[k]);
         for (k = 0; k < 20; k++) {
             int64_t i = (int64_t)draw((uint64_t)source.n);
             sum += file->precision == 4 ? (double)aomc_sky_at(&source, i).ux : aomc_sky_at_double(&source, i).ux;

@@ -72,6 +72,9 @@ class Driver:
         self.library = library
         for name in ("driver_fill", "driver_numbers", "driver_n"):
             getattr(library, name).restype = ctypes.c_int64
+        if hasattr(library, "driver_fill_weighted"):  # not in the driver of a GPU
+            library.driver_fill_weighted.restype = ctypes.c_int64
+            library.driver_weight.restype = library.driver_photon_light.restype = ctypes.c_double
         library.driver_checksum.restype = ctypes.c_uint64
         library.driver_message.restype = ctypes.c_char_p
         self._data = np.zeros(0, np.uint8)
@@ -93,6 +96,24 @@ class Driver:
     def band(self, band):
         return int(self.library.driver_band(ctypes.c_int32(band)))
 
+    def weighted_band(self, band):
+        return int(self.library.driver_weighted_band(ctypes.c_int32(band)))
+
+    @property
+    def photon_light(self):
+        return float(self.library.driver_photon_light())
+
+    def of_patches(self, patch):
+        """Weight and component of patches."""
+        weight, component = self.library.driver_weight, self.library.driver_component
+        patches = [ctypes.c_int32(one) for one in patch.tolist()]
+        return np.array([weight(one) for one in patches]), np.array([component(one) for one in patches])
+
+    def fill_weighted(self, start, rows, patch, weight, count=None):
+        """Directions from `start` on into the rows (3, n), with patches and weights; either may be None."""
+        columns = *rows, patch, weight
+        return self._into(self.library.driver_fill_weighted, start, rows, count, columns)
+
     @property
     def n(self):
         return int(self.library.driver_n())
@@ -109,10 +130,11 @@ class Driver:
         """Numbers from `start` on into the rows (3, n)."""
         return self._into(self.library.driver_numbers, start, rows, count)
 
-    def _into(self, function, start, rows, count):
+    def _into(self, function, start, rows, count, columns=None):
         size = rows.shape[1] if count is None else count
         is_double = ctypes.c_int(rows.dtype == np.float64)
-        return int(function(is_double, ctypes.c_int64(start), ctypes.c_int64(size), *map(_address, rows)))
+        columns = rows if columns is None else columns
+        return int(function(is_double, ctypes.c_int64(start), ctypes.c_int64(size), *map(_address, columns)))
 
     def at(self, index, dtype):
         """Directions and numbers (6, n) of single photons, and their patches."""
@@ -129,7 +151,7 @@ class Driver:
 
 
 def _address(array):
-    return ctypes.c_void_p(array.ctypes.data)
+    return None if array is None else ctypes.c_void_p(array.ctypes.data)
 
 
 def same_bits(one, other):
@@ -195,6 +217,15 @@ WAYS = [(name, *way) for name, *way in itertools.product(SCENES, *OPTIONS) if na
 @functools.cache
 def _components(name):
     return MORE[name]() if name in MORE else components(name)
+
+
+def biased(name, n=20_011, **options):
+    """The same with a share for the first component, and an importance of patches."""
+    parts, rng = _components(name), np.random.default_rng(6)
+    share = {parts[0].name: 0.3} if len(parts) > 1 else None
+    importance = {one.name: rng.lognormal(0, 1, one.n_cells) for one in parts if one.grid is not None}
+    scene = sky.Scene(wavebands=WAVEBANDS, n_photons=n, components=parts)
+    return scene.source(seed=9, bias=share, importance=importance or None, **options)
 
 
 def source_of(name, n=20_011, **options):

@@ -474,7 +474,7 @@ class PhotonSource:
         Raises
         ------
         UsageError
-            The source has weights, a bias or replicates, which the file does not hold.
+            The source has weights by solid angle or replicates, which the file does not hold.
         """
         from aomc_sky.emission.source_file import source_bytes
 

@@ -27,7 +27,8 @@ _HEAD_BYTES = 192
 _RECORD_WORDS = 40
 _CHECKSUM_WORD = 5
 _NEEDED = 1
-_OPTIONAL = ("stokes",)
+_WEIGHT_KIND = 20
+_OPTIONAL = ("stokes", "components")
 """Sections that change no direction: a header that does not know them skips them."""
 
 
@@ -64,7 +65,15 @@ def tables_of(emitter: Emitter, band: int, packed: Band) -> dict[str, np.ndarray
         "bins_per_photon": bins_per_photon,
         "witnesses": witnesses(emitter, band),
         "stokes": None if stokes is None else stokes.astype(np.float32),
+        "weight": _weight(emitter, band),
+        "components": emitter.plan.component_start[1:].astype(np.int32),
     }
+
+
+def _weight(emitter: Emitter, band: int) -> np.ndarray | None:
+    """Weight of the photons of each cell, rounded once; None without a bias."""
+    bias = emitter.plan.bias
+    return None if bias is None else (1.0 / bias[emitter.plan.bands[band].row]).astype(emitter.dtype)
 
 
 def _record(emitter: Emitter, band: int, packed: Band) -> np.ndarray:
@@ -116,10 +125,12 @@ class _Block:
 
 
 def require_packable(plan: Plan) -> None:
-    """UsageError for plans that the file cannot hold: with weights or replicates."""
+    """UsageError for plans that the file cannot hold: with weights by solid angle, of 0, or replicates."""
+    precision = np.dtype(plan.options["precision"]).type
+    by_angle = "weights of photons that are launched by solid angle (weight times mu is left out)"
     for is_there, what, advice in (
-        (any(c.weight is not None for c in plan.components), "weights of photons", "make it without weights"),
-        (plan.bias is not None, "the weights of a bias", "make it without bias"),
+        (any(c.weight is not None for c in plan.components), by_angle, "make it without weights"),
+        (plan.bias is not None and not precision(1.0 / plan.bias.max()), "weights of 0", "take precision float64"),
         (plan.replicates > 1, f"{plan.replicates} replicates", "make one source per seed, each with replicates=1"),
     ):
         if is_there:
@@ -143,6 +154,8 @@ def source_bytes(emitter: Emitter) -> bytes:
         absolute = plan.bands[band].irradiance_W_m2_nm
         irradiance = np.nan if absolute is None else np.sum(absolute)
         words[3:5] = np.array([plan.bands[band].wavelength_nm, irradiance], np.float64).view(np.uint64)
+        if n := emitter.n_photons(band):
+            words[31] = np.float64(1.0 if absolute is None else irradiance / n).view(np.uint64)
         words[5:7] = block.put(directory.astype("<u8").tobytes()) if directory.size else records, len(directory)
         all_words.append(words.astype("<u8").tobytes())
     block.put(b"")
@@ -184,12 +197,16 @@ def head_of(data: bytes) -> dict[str, Any] | None:
         return None
     records = words[at : at + n_bands * _RECORD_WORDS].reshape(n_bands, _RECORD_WORDS)
     floats = records[:, 3:5].copy().view(np.float64)
+    kinds: set[int] = set()
+    for begin, n in records[:, 5:7].tolist():
+        kinds |= set((words[begin // 8 : begin // 8 + 3 * n : 3] & np.uint64(0xFFFFFFFF)).tolist())
     return {
         "layout": layout,
         "stream": data[16:32].rstrip(b"\0").decode("ascii", "replace"),
         "precision": f"float{8 * precision}",
         "plan_sha256": data[64:128].decode("ascii", "replace"),
         "bytes": len(data),
+        "has_weights": _WEIGHT_KIND in kinds,
         "bands": [
             {
                 "waveband": band + 1,

@@ -17,6 +17,8 @@ module aomc_sky
     private
     public :: aomc_sky_file, aomc_sky_source, aomc_sky_photon, aomc_sky_photon_double, aomc_sky_load, aomc_sky_view, &
         aomc_sky_unload, aomc_sky_band, aomc_sky_at, aomc_sky_at_double, aomc_sky_fill, aomc_sky_fill_double, &
+        aomc_sky_weighted_band, aomc_sky_weight, aomc_sky_component, aomc_sky_fill_weighted, &
+        aomc_sky_fill_weighted_double, &
         aomc_sky_numbers, aomc_sky_numbers_double, aomc_sky_numbers_at, aomc_sky_numbers_at_double, &
         aomc_sky_witness, aomc_sky_checksum, aomc_sky_text
 
@@ -32,7 +34,8 @@ module aomc_sky
         integer(c_int64_t) :: n
         real(c_double) :: wavelength_nm, irradiance_W_m2_nm
         type(c_ptr) :: stokes
-        integer(c_int64_t) :: rest(60)
+        real(c_double) :: photon_light
+        integer(c_int64_t) :: rest(59)
     end type
 
     type, bind(C) :: aomc_sky_photon
@@ -72,6 +75,14 @@ module aomc_sky
             type(aomc_sky_source), intent(out) :: source
         end function
 
+        ! For a host that counts each photon with its weight; aomc_sky_band has a code for a band with weights.
+        integer(c_int) function aomc_sky_weighted_band(file, band, source) bind(C)
+            import :: aomc_sky_file, aomc_sky_source, c_int, c_int32_t
+            type(aomc_sky_file), intent(in) :: file
+            integer(c_int32_t), value :: band
+            type(aomc_sky_source), intent(out) :: source
+        end function
+
         type(aomc_sky_photon) function aomc_sky_at(source, i) bind(C)
             import :: aomc_sky_photon, aomc_sky_source, c_int64_t
             type(aomc_sky_source), intent(in) :: source
@@ -96,6 +107,40 @@ module aomc_sky
             type(aomc_sky_source), intent(in) :: source
             integer(c_int64_t), value :: start, n
             real(c_double), intent(out) :: ux(*), uy(*), uz(*)
+        end function
+
+        ! Weight of the photons of a patch, 1 where a file has none, and number of its component, from 0.
+        real(c_double) function aomc_sky_weight(source, patch) bind(C)
+            import :: aomc_sky_source, c_double, c_int32_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int32_t), value :: patch
+        end function
+
+        integer(c_int32_t) function aomc_sky_component(source, patch) bind(C)
+            import :: aomc_sky_source, c_int32_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int32_t), value :: patch
+        end function
+
+        ! aomc_sky_fill, and patch and weight of each photon; one that is left out is not made.
+        integer(c_int64_t) function aomc_sky_fill_weighted(source, start, n, ux, uy, uz, patch, weight) &
+            bind(C)
+            import :: aomc_sky_source, c_float, c_int32_t, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: start, n
+            real(c_float), intent(inout) :: ux(*), uy(*), uz(*)
+            integer(c_int32_t), intent(inout), optional :: patch(*)
+            real(c_float), intent(inout), optional :: weight(*)
+        end function
+
+        integer(c_int64_t) function aomc_sky_fill_weighted_double(source, start, n, ux, uy, uz, patch, weight) &
+            bind(C)
+            import :: aomc_sky_source, c_double, c_int32_t, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: start, n
+            real(c_double), intent(inout) :: ux(*), uy(*), uz(*)
+            integer(c_int32_t), intent(inout), optional :: patch(*)
+            real(c_double), intent(inout), optional :: weight(*)
         end function
 
         ! The photons' further numbers; an argument that is left out is not made.

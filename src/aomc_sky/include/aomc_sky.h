@@ -13,6 +13,10 @@
  *     aomc_sky_photon p = aomc_sky_at(&source, i);
  *     aomc_sky_unload(&file);
  *
+ * Where photons have weights (a bias, which shares them out otherwise than light), aomc_sky_band answers with a code.
+ * A host that counts weights opens with aomc_sky_weighted_band, and takes aomc_sky_fill_weighted, or
+ * aomc_sky_weight(&source, p.patch).
+ *
  * Directions are unit vectors of travel, z up: uz <= 0. Link with -lm. Copy this one file, and keep its name, because
  * it includes itself: once for float32, once for float64. `fill` is fast with -O2 -march=native.
  *
@@ -134,7 +138,8 @@ enum {
     AOMC_SKY_NO_BAND = -12,    /* there is no such band */
     AOMC_SKY_OTHER = -13,      /* a source of the other precision */
     AOMC_SKY_RANGE = -14,      /* start or n is negative */
-    AOMC_SKY_TRIALS = -15      /* photons are refused again and again: the file is not one of ours */
+    AOMC_SKY_TRIALS = -15,     /* photons are refused again and again: the file is not one of ours */
+    AOMC_SKY_WEIGHTS = -16     /* photons have weights: aomc_sky_weighted_band opens the band */
 };
 
 typedef struct aomc_sky_file {
@@ -153,6 +158,7 @@ typedef struct aomc_sky_source {
     double wavelength_nm;
     double irradiance_W_m2_nm; /* of a horizontal plane, all components; NaN where it is relative */
     const float *stokes;       /* Q/I and U/I of patch p: stokes[2 * p] and the next one; NULL: not polarised */
+    double photon_light;       /* of a photon of weight 1: irradiance / n [W m-2 nm-1], 1 where light is relative */
     /* what follows is ours */
     int32_t precision, is_shuffled, is_short, by_philox, law_of_all, has_wide_ranks, azimuth_kernel, is_common;
     int32_t n_slot, n_cell, lobe_ends[2], n_witness, disc_cell; /* a disc, if all other cells have `law_of_all`; else -1 */
@@ -173,7 +179,11 @@ typedef struct aomc_sky_source {
     const uint32_t *bins;
     const double *shapes, *envelopes, *bins_per_photon;
     const uint64_t *witnesses;
-    uint64_t by_net, reserve[12]; /* 512 bytes in all, as aomc_sky.f90 says */
+    uint64_t by_net;
+    const void *weights; /* NULL, or the weight of a cell, in the precision of the source */
+    const int32_t *component_ends;
+    uint64_t n_component; /* 0: an older file */
+    uint64_t reserve[8];  /* 512 bytes in all, as aomc_sky.f90 says */
 } aomc_sky_source;
 
 /* `patch` is the cell over all components, as in counts.csv. */
@@ -957,13 +967,47 @@ AOMC_SKY_API void aomc_sky_numbers_at_double(const aomc_sky_source *source, int6
 AOMC_SKY_API int64_t aomc_sky_fill(
     const aomc_sky_source *source, int64_t start, int64_t count, float *ux, float *uy, float *uz) {
     int64_t n = aomc_sky_due(source, 4, start, count, ux && uy && uz);
-    return n <= 0 ? n : aomc_sky_range_f32(source, (uint64_t)start, (uint64_t)n, ux, uy, uz, NULL);
+    return n <= 0 ? n : aomc_sky_range_f32(source, (uint64_t)start, (uint64_t)n, ux, uy, uz, NULL, NULL, NULL);
 }
 
 AOMC_SKY_API int64_t aomc_sky_fill_double(
     const aomc_sky_source *source, int64_t start, int64_t count, double *ux, double *uy, double *uz) {
     int64_t n = aomc_sky_due(source, 8, start, count, ux && uy && uz);
-    return n <= 0 ? n : aomc_sky_range_f64(source, (uint64_t)start, (uint64_t)n, ux, uy, uz, NULL);
+    return n <= 0 ? n : aomc_sky_range_f64(source, (uint64_t)start, (uint64_t)n, ux, uy, uz, NULL, NULL, NULL);
+}
+
+/* Weight of the photons of a patch: 1 where a file has no weights, NaN for a patch that is not there. */
+AOMC_SKY_API double aomc_sky_weight(const aomc_sky_source *source, int32_t patch) {
+    if (!source || patch < 0 || patch >= source->n_cell) return NAN;
+    if (!source->weights) return 1.0;
+    if (source->precision == 4) return (double)((const float *)source->weights)[patch];
+    return ((const double *)source->weights)[patch];
+}
+
+/* Number of the component of a patch, as `component_of` in Python; -1 for a patch that is not there, or of an older
+ * file, which does not know. */
+AOMC_SKY_API int32_t aomc_sky_component(const aomc_sky_source *source, int32_t patch) {
+    uint64_t low = 0, high, middle;
+    if (!source || patch < 0 || patch >= source->n_cell || source->n_component == 0) return -1;
+    for (high = source->n_component - 1; low < high;) {
+        middle = (low + high) / 2;
+        if (patch < source->component_ends[middle]) high = middle;
+        else low = middle + 1;
+    }
+    return (int32_t)low;
+}
+
+/* `fill`, and the patch and weight of each photon. Either of these two may be NULL: it is left out. */
+AOMC_SKY_API int64_t aomc_sky_fill_weighted(const aomc_sky_source *source, int64_t start, int64_t count, float *ux,
+    float *uy, float *uz, int32_t *patch, float *weight) {
+    int64_t n = aomc_sky_due(source, 4, start, count, ux && uy && uz);
+    return n <= 0 ? n : aomc_sky_range_f32(source, (uint64_t)start, (uint64_t)n, ux, uy, uz, NULL, patch, weight);
+}
+
+AOMC_SKY_API int64_t aomc_sky_fill_weighted_double(const aomc_sky_source *source, int64_t start, int64_t count,
+    double *ux, double *uy, double *uz, int32_t *patch, double *weight) {
+    int64_t n = aomc_sky_due(source, 8, start, count, ux && uy && uz);
+    return n <= 0 ? n : aomc_sky_range_f64(source, (uint64_t)start, (uint64_t)n, ux, uy, uz, NULL, patch, weight);
 }
 
 /* The numbers of the same photons. A pointer may be NULL: that number is left out. */
@@ -1027,7 +1071,9 @@ enum {
     AOMC_SKY_BINS_PER_PHOTON,
     AOMC_SKY_WITNESSES,
     AOMC_SKY_STOKES,
-    AOMC_SKY_LAST_KIND = AOMC_SKY_STOKES
+    AOMC_SKY_WEIGHT,
+    AOMC_SKY_COMPONENTS,
+    AOMC_SKY_LAST_KIND = AOMC_SKY_COMPONENTS
 };
 enum { AOMC_SKY_HEAD_BYTES = 192, AOMC_SKY_RECORD_WORDS = 40, AOMC_SKY_ENTRY_WORDS = 3 };
 
@@ -1110,6 +1156,10 @@ SKY_HOST int aomc_sky_read_record(const aomc_sky_file *file, const uint64_t *r, 
     s->placement_key = r[15], s->position_key = r[16], s->band = r[17], s->guide_shift = r[18];
     s->azimuth_kernel = (int32_t)r[30], s->has_wide_ranks = n >= UINT64_C(1) << 32;
     if (r[17] > SKY_LOW || r[18] > (s->has_wide_ranks ? 62 : 31) || r[30] > AOMC_SKY_IN_MU) return AOMC_SKY_TABLE;
+    memcpy(&s->photon_light, r + 31, 8);
+    if (!(s->photon_light >= 0.0 && s->photon_light <= DBL_MAX)) return AOMC_SKY_TABLE;
+    if (s->photon_light == 0.0 && n > 0) /* an older file: it does not say */
+        s->photon_light = s->irradiance_W_m2_nm == s->irradiance_W_m2_nm ? s->irradiance_W_m2_nm / (double)n : 1.0;
     return r[28] > r[29] || r[29] > 0x7FFFFFF0 ? AOMC_SKY_TABLE : 0;
 }
 
@@ -1147,6 +1197,11 @@ SKY_HOST int aomc_sky_open_band(
     if (!t[AOMC_SKY_WITNESSES].at || t[AOMC_SKY_WITNESSES].width != 8 || t[AOMC_SKY_WITNESSES].count > 12 * 4096 ||
         t[AOMC_SKY_WITNESSES].count % 12 != 0 || !aomc_sky_fits(t + AOMC_SKY_STOKES, 4, 2 * n_cell, 1))
         return AOMC_SKY_DIRECTORY;
+    s->n_component = t[AOMC_SKY_COMPONENTS].count;
+    if (!aomc_sky_fits(t + AOMC_SKY_WEIGHT, (uint64_t)s->precision, n_cell, 1) ||
+        (t[AOMC_SKY_COMPONENTS].at &&
+            (t[AOMC_SKY_COMPONENTS].width != 4 || s->n_component < 1 || s->n_component > n_cell)))
+        return AOMC_SKY_DIRECTORY;
 #define AOMC_SKY_AT(kind, type) (t[kind].at ? (const type *)(const void *)(from + t[kind].offset) : NULL)
     s->cumulative = AOMC_SKY_AT(AOMC_SKY_CUMULATIVE, void);
     s->guide = AOMC_SKY_AT(AOMC_SKY_GUIDE, uint32_t);
@@ -1167,6 +1222,8 @@ SKY_HOST int aomc_sky_open_band(
     s->bins_per_photon = AOMC_SKY_AT(AOMC_SKY_BINS_PER_PHOTON, double);
     s->witnesses = AOMC_SKY_AT(AOMC_SKY_WITNESSES, uint64_t);
     s->stokes = AOMC_SKY_AT(AOMC_SKY_STOKES, float);
+    s->weights = AOMC_SKY_AT(AOMC_SKY_WEIGHT, void);
+    s->component_ends = AOMC_SKY_AT(AOMC_SKY_COMPONENTS, int32_t);
 #undef AOMC_SKY_AT
     s->law_of_all = s->azimuth_kernel == AOMC_SKY_IN_MU ? AOMC_SKY_CELL_MU : AOMC_SKY_CELL_MU2;
     s->n_witness = (int32_t)(t[AOMC_SKY_WITNESSES].count / 12);
@@ -1230,6 +1287,19 @@ SKY_HOST int aomc_sky_check_cells(const aomc_sky_source *s, uint64_t n_words) {
         }
     }
     return bad == 0 && (!s->perez_word || aomc_sky_are_bounded(s->sky, 11, DBL_MAX));
+}
+
+/* Whether every weight is positive and at most that of `plan/bias.py`, and the components follow each other up to the
+ * last cell. */
+SKY_HOST int aomc_sky_check_weights(const aomc_sky_source *s) {
+    uint64_t k, bad = 0;
+    int32_t cell, end = 0;
+    for (cell = 0; s->weights && cell < s->n_cell; cell++) {
+        double weight = aomc_sky_weight(s, cell);
+        bad += !(weight > 0.0 && weight <= 1e6 * (1.0 + 1e-6));
+    }
+    for (k = 0; k < s->n_component; end = s->component_ends[k++]) bad += s->component_ends[k] <= end;
+    return bad == 0 && (s->n_component == 0 || end == s->n_cell);
 }
 
 /* Whether the bins of every lobe lead to its cells, and its photons are shared out over them as `bin_proposals` says. */
@@ -1308,7 +1378,8 @@ AOMC_SKY_HOST_API int aomc_sky_view(const void *bytes, uint64_t size, aomc_sky_f
         else if (source.lobe && !aomc_sky_check_lobes(&source, t[AOMC_SKY_RANGES].count / 4, t[AOMC_SKY_BINS].count,
                                     t[AOMC_SKY_ENVELOPES].count))
             code = AOMC_SKY_TABLE;
-        else if (!aomc_sky_check_cells(&source, t[AOMC_SKY_WORDS].count)) code = AOMC_SKY_TABLE;
+        else if (!aomc_sky_check_cells(&source, t[AOMC_SKY_WORDS].count) || !aomc_sky_check_weights(&source))
+            code = AOMC_SKY_TABLE;
         else code = aomc_sky_witness(&source);
     }
     if (code != 0) memset(file, 0, sizeof *file);
@@ -1346,8 +1417,9 @@ AOMC_SKY_HOST_API void aomc_sky_unload(aomc_sky_file *file) {
     memset(file, 0, sizeof *file);
 }
 
-/* Band `band`, from 0, whose bytes are copied to `device_bytes`, for use there. */
-AOMC_SKY_HOST_API int aomc_sky_band_at(
+/* Band `band`, from 0, whose bytes are copied to `device_bytes`, for use there, by a host that counts each photon with
+ * its weight. The weights of a file that has none are 1. */
+AOMC_SKY_HOST_API int aomc_sky_weighted_band_at(
     const aomc_sky_file *file, int32_t band, const void *device_bytes, aomc_sky_source *source) {
     aomc_sky_section t[AOMC_SKY_LAST_KIND + 1];
     if (!file || !file->bytes || !device_bytes || !source) return AOMC_SKY_NULL;
@@ -1355,7 +1427,21 @@ AOMC_SKY_HOST_API int aomc_sky_band_at(
     return aomc_sky_open_band(file, band, device_bytes, source, t);
 }
 
-/* Band `band`, from 0. */
+/* The same for a host that counts all photons alike: a band with weights has a code, AOMC_SKY_WEIGHTS, and no
+ * photons. */
+AOMC_SKY_HOST_API int aomc_sky_band_at(
+    const aomc_sky_file *file, int32_t band, const void *device_bytes, aomc_sky_source *source) {
+    int code = aomc_sky_weighted_band_at(file, band, device_bytes, source);
+    if (code != 0 || !source->weights) return code;
+    memset(source, 0, sizeof *source);
+    return AOMC_SKY_WEIGHTS;
+}
+
+/* Band `band`, from 0: of a host that counts each photon with its weight, and of one that counts all alike. */
+AOMC_SKY_HOST_API int aomc_sky_weighted_band(const aomc_sky_file *file, int32_t band, aomc_sky_source *source) {
+    return aomc_sky_weighted_band_at(file, band, file ? file->bytes : NULL, source);
+}
+
 AOMC_SKY_HOST_API int aomc_sky_band(const aomc_sky_file *file, int32_t band, aomc_sky_source *source) {
     return aomc_sky_band_at(file, band, file ? file->bytes : NULL, source);
 }
@@ -1382,6 +1468,9 @@ AOMC_SKY_HOST_API const char *aomc_sky_message(int64_t code) {
     case AOMC_SKY_OTHER: return "the source has the other precision: call the function with or without _double";
     case AOMC_SKY_RANGE: return "start or count is negative";
     case AOMC_SKY_TRIALS: return "photons are refused again and again: the file is not one that aomc-sky wrote";
+    case AOMC_SKY_WEIGHTS:
+        return "the photons have weights: open the band with aomc_sky_weighted_band, and count each photon with its "
+               "weight";
     default: return code >= 0 ? "no error" : "an unknown code";
     }
 }
@@ -2129,12 +2218,21 @@ SKY_FN uint64_t SKY_(lobes)(
 
 /* ---- emission/kernels/emit.py again ---- */
 
+/* `_weigh` of emission/photon_source.py: the weights of the photons of cells */
+SKY_APART void SKY_(weigh)(const aomc_sky_source *s, uint64_t m, const int32_t *SKY_ALONE cell, SKY_F *SKY_ALONE weight) {
+    const SKY_F *of_cell = (const SKY_F *)s->weights;
+    uint64_t j;
+    for (j = 0; j < m; j++) weight[j] = of_cell ? of_cell[(uint32_t)cell[j]] : (SKY_F)1;
+}
+
 /* emit for one block; returns how many trials it took beside the first ones */
-SKY_FN uint64_t SKY_(block)(
-    const aomc_sky_source *s, uint64_t start, uint64_t m, SKY_F *x, SKY_F *y, SKY_F *z, double *inside) {
+SKY_FN uint64_t SKY_(block)(const aomc_sky_source *s, uint64_t start, uint64_t m, SKY_F *x, SKY_F *y, SKY_F *z,
+    double *inside, int32_t *patch, SKY_F *weight) {
     SKY_(columns) c;
     uint64_t j, tries = 0;
     SKY_(gather)(s, start, m, &c);
+    if (patch) memcpy(patch, c.cell, m * sizeof *patch);
+    if (weight) SKY_(weigh)(s, m, c.cell, weight);
     SKY_(places)(s, m, &c);
     for (j = 0; s->perez_word && j < m; j++) c.cell_word[j] = s->perez_word[c.cell[j]]; /* gather_cell_words */
     if (s->perez_word)
@@ -2209,17 +2307,41 @@ SKY_FN void SKY_(runs)(const aomc_sky_source *s, uint64_t start, uint64_t n, SKY
     }
 }
 
-/* Photons from `start` on; their number, or AOMC_SKY_TRIALS. */
-SKY_FN int64_t SKY_(range)(
-    const aomc_sky_source *s, uint64_t start, uint64_t n, SKY_F *ux, SKY_F *uy, SKY_F *uz, double *inside) {
+/* cells and weights of photons in patch order; either may be NULL. A run is written in whole groups, of which the next
+ * run writes the rest again. */
+SKY_APART void SKY_(cells_of_runs)(const aomc_sky_source *s, uint64_t start, uint64_t n, int32_t *patch, SKY_F *weight) {
+    uint64_t j = 0, k, lo, m, slot = aomc_sky_slot(s, start), end;
+    for (; j < n; j = end, slot++) {
+        int32_t cell = s->cell_of_slot ? s->cell_of_slot[slot] : (int32_t)slot;
+        SKY_F own = s->weights ? ((const SKY_F *)s->weights)[cell] : (SKY_F)1;
+        end = aomc_sky_before(s, slot + 1) - start;
+        end = end < n ? end : n;
+        for (lo = j; lo < end; lo += SKY_GROUP) {
+            m = n - lo;
+            if (m >= SKY_GROUP) {
+                for (k = 0; patch && k < SKY_GROUP; k++) patch[lo + k] = cell;
+                for (k = 0; weight && k < SKY_GROUP; k++) weight[lo + k] = own;
+                continue;
+            }
+            for (k = 0; patch && k < m; k++) patch[lo + k] = cell;
+            for (k = 0; weight && k < m; k++) weight[lo + k] = own;
+        }
+    }
+}
+
+/* Photons from `start` on; their number, or AOMC_SKY_TRIALS. `inside`, `patch` and `weight` may be NULL. */
+SKY_FN int64_t SKY_(range)(const aomc_sky_source *s, uint64_t start, uint64_t n, SKY_F *ux, SKY_F *uy, SKY_F *uz,
+    double *inside, int32_t *patch, SKY_F *weight) {
     uint64_t lo, m, tries = 0;
     if (!s->is_shuffled && s->is_common && !s->by_philox && (uint64_t)s->n >= 8 * (uint64_t)s->n_slot) {
         SKY_(runs)(s, start, n, ux, uy, uz);
+        if (patch || weight) SKY_(cells_of_runs)(s, start, n, patch, weight);
         return (int64_t)n;
     }
     for (lo = 0; lo < n; lo += m) {
         m = n - lo < SKY_BLOCK ? n - lo : SKY_BLOCK;
-        tries += SKY_(block)(s, start + lo, m, ux + lo, uy + lo, uz + lo, inside ? inside + 3 * lo : NULL);
+        tries += SKY_(block)(s, start + lo, m, ux + lo, uy + lo, uz + lo, inside ? inside + 3 * lo : NULL,
+            patch ? patch + lo : NULL, weight ? weight + lo : NULL);
         if (tries > 10000000 + 1000 * lo) return AOMC_SKY_TRIALS;
     }
     return (int64_t)n;
@@ -2281,7 +2403,7 @@ SKY_FN int SKY_(agrees)(const aomc_sky_source *s, const uint64_t *w) {
         double within[3 * SKY_BLOCK];
         uint64_t n = (uint64_t)s->n, m = n < SKY_BLOCK ? n : SKY_BLOCK, j = i < n - m ? i % 64 : i - (n - m);
         for (c = 0; c < (int32_t)(3 * m); c++) within[c] = NAN;
-        if (SKY_(range)(s, i - j, m, block[0], block[1], block[2], within) < 0) return 0;
+        if (SKY_(range)(s, i - j, m, block[0], block[1], block[2], within, NULL, NULL) < 0) return 0;
         SKY_(number_range)(s, i - j, m, block[3], block[4], block[5]);
         for (c = 0; c < 6; c++) all[c] = block[c][j];
         bad |= memcmp(one, all, sizeof one) != 0;

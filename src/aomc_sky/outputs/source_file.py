@@ -48,7 +48,7 @@ def write_source(source: PhotonSource, path: str | Path) -> None:
     Raises
     ------
     UsageError
-        The source has weights or replicates, which the file does not hold.
+        The source has weights by solid angle or replicates, which the file does not hold.
     OutputError
         The operating system refuses, or the disk is full; nothing half-written is left.
 

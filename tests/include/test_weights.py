@@ -1,0 +1,378 @@
+"""Weights and components in the source file: bits of every column, codes for damage, and who may open such a file."""
+
+import dataclasses
+import itertools
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.commands.info import include_dir
+from aomc_sky.cli.main import main
+from aomc_sky.emission import source_file
+from aomc_sky.emission.emitter import Emitter
+from aomc_sky.emission.source_file import source_bytes
+from tests.include.test_damage import CODES, code_of, entry, with_bytes, word
+from tests.support.host_programs import needs, run
+from tests.support.host_scenes import WAVEBANDS, disc, perez, table
+from tests.support.shared import INPUTS, REPOSITORY
+from tests.support.source_files import (
+    LOBES,
+    OPTIONS,
+    biased,
+    built,
+    needs_gcc,
+    same_bits,
+    section_names,
+    source_of,
+)
+
+pytestmark = needs_gcc
+CASES = ("table", "disc and table", "everything", *LOBES)
+WAYS = [way for way in itertools.product(CASES, *OPTIONS) if way[0] not in LOBES or way[3] != "centre"]
+RECORD = 192
+"""Where the record of the first band begins."""
+
+
+def columns(driver, source, start, n, *, with_patch=True, with_weight=True):
+    """Directions, patches and weights of n photons by the header; None for a column that is left out."""
+    rows, patch = np.full((3, n), np.nan, source.dtype), np.full(n, -7, np.int32) if with_patch else None
+    weight = np.full(n, np.nan, source.dtype) if with_weight else None
+    assert driver.fill_weighted(start, rows, patch, weight) == n
+    return rows, patch, weight
+
+
+def compare_weighted(driver, source):
+    """Assert that all columns of every band are those of `source.photons`."""
+    assert driver.view(source.to_bytes()) == 0
+    for band in range(source.n_bands):
+        assert driver.weighted_band(band) == 0
+        total = source.n_photons(band)
+        start = total // 3
+        batch = source.photons(band, start)
+        directions = np.stack([batch.ux, batch.uy, batch.uz])
+        for with_patch, with_weight in itertools.product((True, False), repeat=2):
+            has = {"with_patch": with_patch, "with_weight": with_weight}
+            rows, patch, weight = columns(driver, source, start, total - start, **has)
+            assert same_bits(rows, directions)
+            assert patch is None or same_bits(patch, batch.patch)
+            assert weight is None or same_bits(weight, batch.weight)
+        plain = np.empty_like(rows)
+        assert driver.fill(start, plain) == total - start
+        assert same_bits(plain, directions)
+        single = driver.at(np.arange(start, start + 100), source.dtype)[1]
+        of_patch, component = driver.of_patches(single)
+        assert same_bits(of_patch.astype(source.dtype), batch.weight[:100])
+        assert same_bits(component, source.component_of(single))
+
+
+@pytest.mark.parametrize(("name", "precision", "order", "placement"), WAYS)
+def test_columns_are_those_of_python(name, precision, order, placement):
+    source = biased(name, 3011, precision=precision, order=order, placement=placement)
+    assert np.unique(source.photons(0).weight).size > 1
+    compare_weighted(built(), source)
+
+
+@pytest.mark.parametrize("order", OPTIONS[1])
+def test_a_sky_and_its_beam_in_some_ten_thousand_patches(order):
+    parts = *perez(90, 120), *disc(40)
+    scene = sky.Scene(wavebands=WAVEBANDS, n_photons=100_003, components=parts)
+    compare_weighted(built("-O3 -march=native"), scene.source(seed=4, bias={"direct": 0.2}, order=order))
+    compare_weighted(built("-O3 -march=native"), scene.source(seed=4, bias={"direct": 0.2}, method="iid"))
+
+
+@pytest.mark.parametrize("n", [1, 2, 511, 2**32 + 5])
+@pytest.mark.parametrize("order", OPTIONS[1])
+def test_few_and_many_photons(n, order):
+    source, driver = biased("disc and table", n, order=order), built()
+    assert driver.view(source.to_bytes()) == 0
+    assert driver.weighted_band(1) == 0
+    start = max(n - 700, 0)
+    batch = source.photons(1, start)
+    rows, patch, weight = columns(driver, source, start, n - start)
+    assert same_bits(rows, np.stack([batch.ux, batch.uy, batch.uz]))
+    assert same_bits(patch, batch.patch)
+    assert same_bits(weight, batch.weight)
+
+
+@pytest.mark.parametrize("order", OPTIONS[1])
+def test_without_a_bias_every_weight_is_1(order):
+    source, driver = source_of("everything", 3000, order=order), built()
+    driver.open(source)
+    batch = source.photons(0)
+    _, patch, weight = columns(driver, source, 0, 3000)
+    assert same_bits(patch, batch.patch)
+    assert same_bits(weight, np.ones(3000, np.float32))
+    cells = np.arange(-1, source.plan.n_cells + 1)
+    weight, component = driver.of_patches(cells)
+    assert component.tolist() == [-1, *source.component_of(cells[1:-1]), -1]
+    assert weight[1:-1].tolist() == [1.0] * source.plan.n_cells
+    assert np.isnan(weight[[0, -1]]).all()
+    assert driver.weighted_band(1) == 0
+    assert driver.n == 3000
+
+
+def test_a_host_that_ignores_weights_gets_no_light():
+    driver = built()
+    assert driver.view(biased("disc and table", 500).to_bytes()) == 0
+    assert driver.band(0) == CODES["WEIGHTS"]
+    assert driver.n == 0
+    assert "aomc_sky_weighted_band" in driver.message(CODES["WEIGHTS"])
+    rows = np.empty((3, 5), np.float32)
+    assert driver.fill(0, rows) == CODES["OTHER"]  # it is empty
+    assert driver.weighted_band(9) == driver.band(9) == CODES["NO_BAND"]
+    assert driver.weighted_band(0) == 0
+    assert driver.fill_weighted(-1, rows, None, None) == CODES["RANGE"]
+    assert driver.fill_weighted(0, rows.astype(float), None, None) == CODES["OTHER"]
+    assert driver.fill_weighted(500, rows, None, None) == 0
+    assert driver.fill_weighted(497, rows, None, None) == 3
+
+
+OLD = ("kind >= 1 && kind <= AOMC_SKY_LAST_KIND", "kind >= 1 && kind <= AOMC_SKY_STOKES")
+LOADED = """#include "aomc_sky.h"
+int main(int n, char **names) {
+    aomc_sky_file file;
+    aomc_sky_source s;
+    int code = n == 2 ? aomc_sky_load(names[1], &file) : 1;
+    if (code == 0) code = aomc_sky_band(&file, 0, &s);
+    if (code != 0) return puts(aomc_sky_message(code)), 0;
+    printf("%d photons, component %d, weight %g", (int)s.n, aomc_sky_component(&s, 0), aomc_sky_weight(&s, 0));
+    return 0;
+}
+"""
+
+
+def test_an_older_header_refuses_weights_and_skips_components(tmp_path):
+    """Planted: a header that knows no section behind `stokes`, as that of 0.4."""
+    text = (include_dir() / "aomc_sky.h").read_text()
+    assert text.count(OLD[0]) == 1
+    (tmp_path / "aomc_sky.h").write_text(text.replace(*OLD))
+    (tmp_path / "use.c").write_text(LOADED)
+    run(["gcc", "-I.", "-o", "use", "use.c", "-lm"], tmp_path)
+    for name, source in (("biased", biased("table", 500)), ("plain", source_of("table", 500))):
+        sky.write_source(source, tmp_path / f"{name}.sky")
+    assert "newer layout" in run(["./use", "biased.sky"], tmp_path)
+    assert run(["./use", "plain.sky"], tmp_path) == "500 photons, component -1, weight 1"
+
+
+def directory_without(data, name):
+    """The file with a directory of the first band that does not lead to a section."""
+    at, _, _ = entry(data, name)
+    begin, n = np.frombuffer(data, "<u8", 2, RECORD + 40).tolist()
+    rest = data[at + 24 : begin + 24 * n]
+    changed = data[:at] + rest + data[at + len(rest) :]
+    return with_bytes(changed, RECORD + 48, word(n - 1))
+
+
+def test_older_files_have_no_components_and_no_light_of_a_photon():
+    driver = built()
+    absolute = sky.Scene(wavebands=[500.0], n_photons=700, components=sky.UniformSky(irradiance_W_m2_nm=1.4))
+    for source, light in ((absolute.source(seed=1), 1.4 / 700), (source_of("table", 500), 1.0)):
+        new = source.to_bytes()
+        old = directory_without(with_bytes(new, RECORD + 8 * 31, word(0)), "components")
+        for data, component in ((new, 0), (old, -1)):
+            driver.open(data)
+            assert driver.photon_light == pytest.approx(light, rel=1e-15)
+            weight, components = driver.of_patches(np.array([0]))
+            assert (weight.item(), components.item()) == (1.0, component)
+
+
+@pytest.fixture(scope="module")
+def data():
+    return biased("lobes and all", 5000).to_bytes()
+
+
+DAMAGES = [
+    ("weight", 0, (0.0, -1.0, np.nan, np.inf, -np.inf, 1.1e6), "TABLE"),
+    ("weight", -1, (0.0, np.nan, 1.00001e6), "TABLE"),
+    ("components", 0, (0, -1, 10**9), "TABLE"),
+    ("components", 1, (0, 1, -(2**31)), "TABLE"),
+    ("components", -1, (10**6, 2**31 - 1, 1), "TABLE"),
+]
+
+
+def damaged(data, name, index, value):
+    """The sealed bytes with another number in a section."""
+    _, offset, count = entry(data, name)
+    dtype = "<i4" if name == "components" else "<f4"
+    return with_bytes(data, offset + 4 * (index % count), np.array(value, dtype).tobytes())
+
+
+def words_that_are_damaged(data):
+    """Sealed damages of every new word, and the codes that they have."""
+    for name, index, values, code in DAMAGES:
+        yield from ((damaged(data, name, index, value), code) for value in values)
+    for value in (-1.0, np.nan, np.inf, -np.inf):
+        yield with_bytes(data, RECORD + 8 * 31, word(float(value))), "TABLE"
+    for name in ("weight", "components"):
+        at, offset, count = entry(data, name)
+        counts = (count + 10**9, 2**63, 0) if name == "components" else (count - 1, count + 1, 2**63, 0)
+        for place, new in ((8, (len(data) // 64 * 64, 2**63, offset + 8)), (16, counts)):
+            yield from ((with_bytes(data, at + place, word(value)), "DIRECTORY") for value in new)
+        kind, width = section_names().index(name) + 1, 8  # of another width
+        yield with_bytes(data, at, word(kind | width << 32)), "DIRECTORY"
+    at, _, _ = entry(data, "components")
+    yield with_bytes(data, at + 16, word(1)), "TABLE"  # the end of the first is not the last cell
+    at, _, _ = entry(data, "weight")
+    yield with_bytes(data, at, word(section_names().index("components") + 1 | 4 << 32)), "DIRECTORY"  # twice
+
+
+def test_damages_have_codes(data):
+    assert code_of(data) == "ok"
+    assert code_of(damaged(data, "weight", 3, 1e6)) == "ok"
+    assert code_of(damaged(data, "weight", 3, 1e-30)) == "ok"
+    for number, (changed, code) in enumerate(words_that_are_damaged(data)):
+        assert code_of(changed) == code, number
+
+
+def test_damages_under_sanitizers(data, tmp_path):
+    flags = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-DDRIVER_MAIN"]
+    text = REPOSITORY / "tests" / "reference" / "source_driver.c"
+    run(["gcc", *flags, f"-I{include_dir()}", "-o", "read", str(text), "-lm"], tmp_path)
+    codes, names = {"TABLE": "-10", "DIRECTORY": "-9", "ok": "0"}, []
+    all_damages = [*words_that_are_damaged(data), (damaged(data, "weight", 3, 0.25), "ok"), (data, "ok")]
+    for number, (changed, _) in enumerate(all_damages):
+        names.append(f"{number}.sky")
+        (tmp_path / names[-1]).write_bytes(changed)
+    said = run(["./read", *names], tmp_path).splitlines()
+    assert [line.split()[0] for line in said] == [codes[code] for _, code in all_damages]
+
+
+def light_of_first(data, source):
+    """Share of the light of the first component, by the weights that the header gives."""
+    driver = built()
+    assert driver.view(data) == 0
+    assert driver.weighted_band(0) == 0
+    _, patch, weight = columns(driver, source, 0, driver.n)
+    _, component = driver.of_patches(np.arange(source.plan.n_cells))
+    return float(weight[component[patch] == 0].sum(dtype=float)) / driver.n
+
+
+def test_weights_give_the_light_and_planted_ones_do_not(monkeypatch):
+    """Planted: 1 / w for w, and photons shared out by mass for those by launch."""
+    parts = *disc(40), table(sky.Law.CELL_MU2, 6, 9)
+    source = sky.Scene(wavebands=WAVEBANDS, n_photons=20_000, components=parts).source(seed=2, bias={"direct": 0.2})
+    light = float(source.mass(0)[0])
+    assert light == pytest.approx(0.5)
+    assert light_of_first(source.to_bytes(), source) == pytest.approx(light, abs=1e-3)
+    unbiased = sky.Scene(wavebands=WAVEBANDS, n_photons=20_000, components=parts).source(seed=2).plan
+    by_mass = Emitter(dataclasses.replace(source.plan, cumulative=unbiased.cumulative))
+    assert abs(light_of_first(source_bytes(by_mass), source) - light) > 0.1
+    monkeypatch.setattr(source_file, "_weight", lambda e, band: e.plan.bias[e.plan.bands[band].row].astype(e.dtype))
+    assert abs(light_of_first(source.to_bytes(), source) - light) > 0.1
+    with pytest.raises(AssertionError):
+        compare_weighted(built(), source)
+
+
+def test_the_light_of_a_photon_sums_to_that_of_the_band():
+    day = {"sun_zenith_deg": 40.0, "dni": 850.0, "dhi": 95.0, "spectrum": "spectrl2"}
+    pytest.importorskip("pvlib")
+    source = sky.weather_scene(wavebands=[443, 555], n_photons=5000, **day).source(seed=1, bias={"direct": 0.2})
+    driver = built()
+    assert driver.view(source.to_bytes()) == 0
+    for band in (0, 1):
+        assert driver.weighted_band(band) == 0
+        irradiance = sum(source.irradiance(band).values())
+        assert driver.photon_light == pytest.approx(irradiance / source.n_photons(band), rel=1e-15)
+        _, _, weight = columns(driver, source, 0, driver.n)
+        assert driver.photon_light * weight.sum(dtype=float) == pytest.approx(irradiance, rel=1e-3)
+
+
+def test_a_weight_that_float32_rounds_to_0_is_refused():
+    """Else photons would lose their light; in float64 they have it."""
+    one = table(sky.Law.CELL_MU2, 6, 9)
+    mass = one.mass.copy()
+    mass[:, 7] = 1e-50
+    scene = sky.Scene(wavebands=WAVEBANDS, n_photons=1000, components=dataclasses.replace(one, mass=mass))
+    importance = np.ones(mass.shape[1])
+    importance[7] = 1e50
+    with pytest.raises(sky.UsageError, match="weights of 0: take precision float64"):
+        scene.source(seed=1, importance={"table": importance}).to_bytes()
+    compare_weighted(built(), scene.source(seed=1, importance={"table": importance}, precision="float64"))
+
+
+PROGRAM = """program shares
+    use, intrinsic :: iso_fortran_env, only: int32, int64, {real}, real64
+    use aomc_sky
+    implicit none
+    type(aomc_sky_file) :: file
+    type(aomc_sky_source) :: source
+    real({real}), dimension(1000) :: ux, uy, uz, weight, before, again
+    integer(int32) :: patch(1000), component
+    integer(int64) :: start = 0, n, k
+    real(real64) :: light(0:1) = 0
+    integer :: code
+    code = aomc_sky_load("day.sky" // achar(0), file)
+    if (code /= 0) error stop aomc_sky_text(int(code, int64))
+    print "(a)", aomc_sky_text(int(aomc_sky_band(file, 0, source), int64))
+    code = aomc_sky_weighted_band(file, 0, source)
+    if (code /= 0) error stop aomc_sky_text(int(code, int64))
+    weight = 7
+    do
+        before = weight
+        n = aomc_sky_fill_weighted{suffix}(source, start, 1000_int64, ux, uy, uz, patch, weight)
+        if (n <= 0) exit
+        do k = 1, n
+            component = aomc_sky_component(source, patch(k))
+            light(component) = light(component) + weight(k)
+            if (weight(k) /= real(aomc_sky_weight(source, patch(k)), {real})) error stop "another weight"
+        end do
+        if (aomc_sky_fill_weighted{suffix}(source, start, n, ux, uy, uz, weight=again) /= n) error stop "no photons"
+        if (any(again(:n) /= weight(:n))) error stop "another column"
+        if (any(weight(n + 1:) /= before(n + 1:))) error stop "numbers behind the last photon were changed"
+        start = start + n
+    end do
+    print "(3es24.16)", light / source%n, source%photon_light
+end program
+"""
+
+
+@needs("gfortran")
+@pytest.mark.parametrize(("precision", "real", "suffix"), [("float32", "real32", ""), ("float64", "real64", "_double")])
+def test_fortran(precision, real, suffix, tmp_path):
+    source = biased("disc and table", 2500, precision=precision)
+    sky.write_source(source, tmp_path / "day.sky")
+    text = PROGRAM.format(real=real, suffix=suffix)
+    (tmp_path / "shares.f90").write_text(text)
+    folder = include_dir()
+    run(["gcc", "-O1", "-c", str(folder / "aomc_sky.c")], tmp_path)
+    command = ["gfortran", "-O2", "-Wall", "-Werror", "-o", "shares", str(folder / "aomc_sky.f90"), "shares.f90"]
+    run([*command, "aomc_sky.o", "-lm"], tmp_path)
+    message, numbers = run(["./shares"], tmp_path).strip().split("\n")
+    assert "aomc_sky_weighted_band" in message
+    batch = source.photons(0)
+    component = source.component_of(batch.patch)
+    light = [batch.weight[component == k].sum(dtype=float) / len(batch) for k in (0, 1)]
+    assert np.allclose(np.array(numbers.split(), float), [*light, 1.0], rtol=1e-12)
+
+
+def test_a_biased_run_writes_exports_and_verifies_its_source(tmp_path, told):
+    scene = str(INPUTS / "perez_sky" / "amc.inp")
+    words = ["run", scene, "--iterations", "2000", "--bias", "direct=0.2", "--format", "source"]
+    assert main([*words, "--out", str(tmp_path / "day"), "-q"]) == 0
+    source = sky.PhotonSource(sky.Plan.load(tmp_path / "day" / "plan.npz"))
+    assert (tmp_path / "day" / "source.sky").read_bytes() == source.to_bytes()
+    compare_weighted(built(), source)
+    assert main(["verify", str(tmp_path / "day"), "-q"]) == 0
+    target = tmp_path / "copy.sky"
+    assert main(["export", str(tmp_path / "day"), "--to", "source", "--out", str(target)]) == 0
+    assert target.read_bytes() == source.to_bytes()
+    assert "has weights: yes" in told("info", target).out
+    assert json.loads(told("info", target, "--json").out)["has_weights"] is True
+    target.write_bytes(source_of("table", 100).to_bytes())
+    assert "has weights: no" in told("info", target).out
+
+
+def test_the_compiler_of_a_gpu_takes_the_new_functions(tmp_path):
+    if shutil.which("nvcc") is None:
+        pytest.skip("nvcc not installed")
+    (tmp_path / "use.cu").write_text(
+        '#include "aomc_sky.h"\n'
+        "__global__ void one(aomc_sky_source s, double *out) { aomc_sky_photon p = aomc_sky_at(&s, 0);\n"
+        "out[0] = aomc_sky_weight(&s, p.patch); out[1] = aomc_sky_component(&s, p.patch) * s.photon_light; }\n"
+        "int main() { aomc_sky_file f; aomc_sky_source s; return aomc_sky_weighted_band_at(&f, 0, NULL, &s) == 0; }\n"
+    )
+    run(["nvcc", "-fmad=false", f"-I{include_dir()}", "-ptx", "-o", "use.ptx", "use.cu"], tmp_path)
+    assert ".entry" in (tmp_path / "use.ptx").read_text()
