@@ -77,7 +77,7 @@ def test_the_run_says_what_the_weights_cost_and_warns_of_rare_components(tmp_pat
         (["--bias", "sun=0.1"], "there is no component 'sun'; the components are direct, perez"),
         (["--bias", "direct=0.1", "--bias", "direct=0.2"], "--bias direct is given twice"),
         (["--bias", "direct=0.1", "--allocation", "largest-remainder"], "take allocation systematic or multinomial"),
-        (["--bias", "direct=0.1", "--format", "source"], "cannot hold the weights of a bias"),
+        (["--bias", "direct=0.1", "--format", "source", "--replicates", "2"], "make one source per seed"),
     ],
 )
 def test_what_is_refused(words, said, tmp_path, told):
