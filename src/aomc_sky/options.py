@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum, auto
 from functools import partial
 from typing import Any
@@ -68,20 +68,24 @@ class Option:
     repeats: bool = False
     is_needed: bool = False
 
+    flag: str = field(init=False)  #: The option, --name
+    attribute: str = field(init=False)  #: Where the parser keeps the value
+    meaning: str = field(init=False)  #: Text, unit, range and default in one line
+
+    def __post_init__(self) -> None:
+        flag = self.option or f"--{self.own_name.replace('_', '-')}"
+        object.__setattr__(self, "flag", flag)
+        object.__setattr__(self, "attribute", flag[2:].replace("-", "_"))
+        bounds = ", ".join(filter(None, (self.unit, self.range)))
+        usual = self.usual or ("" if self.default is None or self.default is False else _shown(self.default))
+        notes = ", ".join(filter(None, ("repeatable" * self.repeats, usual and f"default {usual}")))
+        meaning = f"{self.text}{f' [{bounds}]' if bounds else ''}{f' ({notes})' if notes else ''}"
+        object.__setattr__(self, "meaning", meaning if self.text else "")
+
     @property
     def own_name(self) -> str:
         """The name without the command."""
         return self.name.rpartition(".")[2]
-
-    @property
-    def flag(self) -> str:
-        """The option, --name."""
-        return self.option or f"--{self.own_name.replace('_', '-')}"
-
-    @property
-    def attribute(self) -> str:
-        """Where the parser keeps the value."""
-        return self.flag[2:].replace("-", "_")
 
     @property
     def range(self) -> str:
@@ -89,14 +93,6 @@ class Option:
         if (self.low, self.high) == (-math.inf, math.inf):
             return ""
         return f"{_bound(self.low)} or more" if self.high == math.inf else f"{_bound(self.low)} to {_bound(self.high)}"
-
-    @property
-    def meaning(self) -> str:
-        """Text, unit, range and default in one line."""
-        bounds = ", ".join(filter(None, (self.unit, self.range)))
-        usual = self.usual or ("" if self.default is None or self.default is False else _shown(self.default))
-        notes = ", ".join(filter(None, ("repeatable" * self.repeats, usual and f"default {usual}")))
-        return f"{self.text}{f' [{bounds}]' if bounds else ''}{f' ({notes})' if notes else ''}"
 
 
 def _bound(value: float) -> str:

@@ -22,7 +22,7 @@ from aomc_sky.cli import commands
 from aomc_sky.cli.commands.run import FIRST
 from aomc_sky.cli.options import add_option, names_of
 from aomc_sky.cli.usage import COMMANDS
-from aomc_sky.cli.values import TYPES
+from aomc_sky.cli.values import LIMITED, TYPES
 from aomc_sky.formats.sky_toml.keys import KEYS
 from aomc_sky.options import OPTIONS, Kind, Option
 from tests.support.fault_rows import command
@@ -366,7 +366,7 @@ def test_every_row_of_the_table_is_used_and_has_what_its_kind_needs():
     for name, row in OPTIONS.items():
         assert (name in shown) == (row.option != "-"), name
         assert row.option != "-" or row.section, name
-        assert row.kind in (Kind.FLAG, Kind.SWITCH) or row.kind in TYPES or row.option == "-", name
+        assert row.kind in (Kind.FLAG, Kind.SWITCH) or row.kind in {**TYPES, **LIMITED} or row.option == "-", name
         assert (
             row.section in KEYS and (row.key or row.own_name) in {*KEYS[row.section], "coefficients"}
         ) or not row.section

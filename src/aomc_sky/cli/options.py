@@ -94,7 +94,8 @@ def add_option(group: argparse._ActionsContainer, row: Option) -> None:
     how |= {"choices": words} if words else {"metavar": row.value if len(places) == 1 else tuple(places)}
     how |= {"nargs": len(places)} if len(places) > 1 else {}
     how |= {"action": "append"} if row.repeats else {}
-    how |= {"type": values.TYPES[row.kind](row), "required": row.is_needed}
+    limited = values.LIMITED.get(row.kind)
+    how |= {"type": limited(row.low, row.high) if limited else values.TYPES[row.kind], "required": row.is_needed}
     group.add_argument(*flags, **how)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from decimal import Decimal, InvalidOperation
 from typing import Any
 
-from aomc_sky.options import Kind, Option, in_nm
+from aomc_sky.options import Kind, in_nm
 
 _SUFFIXES = {"": 1, "k": 2**10, "m": 2**20, "g": 2**30, "t": 2**40}
 
@@ -222,28 +222,26 @@ def share(text: str) -> tuple[str, float]:
     return name, finite_number(number)
 
 
-TYPES: dict[Kind, Callable[[Option], Callable[[str], Any] | None]] = {
-    Kind.WORD: lambda row: None,
-    Kind.FORMAT: lambda row: None,
-    Kind.TEXT: lambda row: None,
-    Kind.NAMES: lambda row: None,
-    Kind.AZIMUTHS: lambda row: None,
-    Kind.RADIANCE_UNIT: lambda row: None,
-    Kind.NUMBER: lambda row: number_in(row.low, row.high),
-    Kind.COUNT: lambda row: whole_number_in(row.low, row.high),
-    Kind.SIGNS: lambda row: whole_number,
-    Kind.SKY: lambda row: sky_name,
-    Kind.SKY_OPTION: lambda row: sky_option,
-    Kind.COLUMN: lambda row: column,
-    Kind.INDEX: lambda row: dimension_index,
-    Kind.WAVELENGTH: lambda row: wavelength,
-    Kind.WAVELENGTHS: lambda row: wavelengths,
-    Kind.SUNS: lambda row: suns,
-    Kind.SHARES: lambda row: share,
-    Kind.LATITUDE: lambda row: degrees("N", "S"),
-    Kind.LONGITUDE: lambda row: degrees("E", "W"),
-    Kind.MOMENT: lambda row: moment,
-    Kind.PHOTONS: lambda row: photon_total,
-    Kind.MEMORY: lambda row: memory,
+TYPES: dict[Kind, Callable[[str], Any] | None] = {
+    **dict.fromkeys((Kind.WORD, Kind.FORMAT, Kind.TEXT, Kind.NAMES, Kind.AZIMUTHS, Kind.RADIANCE_UNIT)),
+    Kind.SIGNS: whole_number,
+    Kind.SKY: sky_name,
+    Kind.SKY_OPTION: sky_option,
+    Kind.COLUMN: column,
+    Kind.INDEX: dimension_index,
+    Kind.WAVELENGTH: wavelength,
+    Kind.WAVELENGTHS: wavelengths,
+    Kind.SUNS: suns,
+    Kind.SHARES: share,
+    Kind.LATITUDE: degrees("N", "S"),
+    Kind.LONGITUDE: degrees("E", "W"),
+    Kind.MOMENT: moment,
+    Kind.PHOTONS: photon_total,
+    Kind.MEMORY: memory,
 }
 """Kind of a row with an option -> the type of its value; None takes the word as it is."""
+LIMITED: dict[Kind, Callable[[float, float], Callable[[str], Any]]] = {
+    Kind.NUMBER: number_in,
+    Kind.COUNT: whole_number_in,
+}
+"""Kinds whose type has the limits of the row."""

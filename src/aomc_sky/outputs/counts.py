@@ -59,19 +59,20 @@ def counts_csv(source: PhotonSource, bands: list[int], masses: list[np.ndarray])
     is_lit = np.any([mass > 0 for mass in masses], axis=0)
     texts, text_of = cell_texts(source, np.flatnonzero(is_lit)), np.cumsum(is_lit) - 1
     counts = source.counts
-    lines = [",".join([*COLUMNS, *([WEIGHT] if source.has_bias else [])])]
+    has_bias = source.has_bias
+    lines = [",".join([*COLUMNS, *([WEIGHT] if has_bias else [])])]
     for band, mass in zip(bands, masses, strict=True):
         plan_band = source.plan.bands[band]
         wavelength, sky = _number(plan_band.wavelength_nm), _number(plan_band.sky_wavelength_nm)
         head = f"{band + 1},{wavelength},{sky},"
         cells = np.flatnonzero(mass)
         launch = source.launch(band)
-        key = mass + 1j * launch if source.has_bias else mass  # cells of a ring share theirs
+        key = mass + 1j * launch if has_bias else mass  # cells of a ring share theirs
         _, first, share_of = np.unique(key, return_index=True, return_inverse=True)
         expected = float(plan_band.requested) * launch[first]
         pairs = zip(mass[first].tolist(), expected.tolist(), strict=True)
         shares = [f"{share!r},{photons!r}" for share, photons in pairs]
-        weights = [f",{w!r}" if source.has_bias else "" for w in source.weights(band)[first].tolist()]
+        weights = [f",{w!r}" for w in source.weights(band)[first].tolist()] if has_bias else [""] * first.size
         columns = (text_of[cells], share_of.ravel()[cells], counts[band, cells])
         rows = zip(*(column.tolist() for column in columns), strict=True)
         lines += [f"{head}{texts[k]},{shares[share]},{n}{weights[share]}" for k, share, n in rows]
