@@ -41,6 +41,11 @@ def test_weights_are_in_every_file_and_verify_makes_them_again(run_folder, capsy
     assert "chi-square of weights" in " ".join(capsys.readouterr().out.split()).replace("- ", "-")
 
 
+def test_an_mcpl_file_says_which_cells_belong_to_which_component(run_folder, told):
+    said = told("info", run_folder / "photons.mcpl").out
+    assert "cells of components: direct 0 to 0, perez 1 to 8100" in " ".join(said.split())
+
+
 def test_a_changed_weight_is_found(run_folder):
     weights = np.load(run_folder / "weights-0001.npy")
     weights[3] = np.nextafter(weights[3], 9, dtype=weights.dtype)

@@ -267,10 +267,18 @@ def _comments(source: PhotonSource, bands: Sequence[int]) -> tuple[str, ...]:
         "positions: cm, where the photon enters the surface; origin at the centre of the footprint, z = 0",
         "energy: h c / wavelength of the waveband; time 0; " + weight,
         flags,
+        *([_components(source)] if source.has_bias else []),
         *([_AXES] if source.has_polarisation else []),
         *_wavelengths(source, bands),
         *_runs(source, bands).comments(),
     )
+
+
+def _components(source: PhotonSource) -> str:
+    """The cells of each component, for hosts that tell the light apart."""
+    names, start = source.plan.component_names, source.plan.component_start.tolist()
+    cells = (f"{name} {first} to {end - 1}" for name, first, end in zip(names, start[:-1], start[1:], strict=True))
+    return f"cells of components: {', '.join(cells)}"
 
 
 def _runs(source: PhotonSource, bands: Sequence[int]) -> McplRuns:
