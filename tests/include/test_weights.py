@@ -280,19 +280,6 @@ def test_the_light_of_a_photon_sums_to_that_of_the_band():
         assert driver.photon_light * weight.sum(dtype=float) == pytest.approx(irradiance, rel=1e-3)
 
 
-def test_a_weight_that_float32_rounds_to_0_is_refused():
-    """Else photons would lose their light; in float64 they have it."""
-    one = table(sky.Law.CELL_MU2, 6, 9)
-    mass = one.mass.copy()
-    mass[:, 7] = 1e-50
-    scene = sky.Scene(wavebands=WAVEBANDS, n_photons=1000, components=dataclasses.replace(one, mass=mass))
-    importance = np.ones(mass.shape[1])
-    importance[7] = 1e50
-    with pytest.raises(sky.UsageError, match="weights of 0: take precision float64"):
-        scene.source(seed=1, importance={"table": importance}).to_bytes()
-    compare_weighted(built(), scene.source(seed=1, importance={"table": importance}, precision="float64"))
-
-
 PROGRAM = """program shares
     use, intrinsic :: iso_fortran_env, only: int32, int64, {real}, real64
     use aomc_sky

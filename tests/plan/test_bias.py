@@ -126,7 +126,8 @@ REFUSED = {
     "importance: there is no component 'sky'": {"importance": {"sky": 1.0}},
     "not positive and finite": {"importance": {"perez": np.zeros((45, 180))}},
     "has the shape .7,.; give .45, 180.": {"importance": {"perez": np.ones(7)}},
-    "weights up to 8.73e.07; at most 1e.06": {"bias": {"direct": 1e-8}},
+    "weights from 8.73e.07 to 8.73e.07; 1e-30 to 1e.06": {"bias": {"direct": 1e-8}},
+    "1e-30 to 1e.06 are allowed": {"importance": {"perez": np.geomspace(1e-38, 1.0, 45)[:, None]}},
     "bias is a mapping": {"bias": 0.2},
     "importance is a mapping": {"importance": 0.2},
     "the share of 'direct' is no number": {"bias": {"direct": "much"}},
@@ -176,7 +177,7 @@ def test_a_stored_plan_keeps_its_bias_and_refuses_a_damaged_one(tmp_path):
     rest = {name: array for name, array in members.items() if name != "bias"}
     damaged = {
         "mass times bias sums to 1": (members | {"bias": members["bias"] * 1.001}, options),
-        "factors of at least 1e-06": (members | {"bias": -members["bias"]}, options),
+        "factors from 1e-06 to 1e.30": (members | {"bias": -members["bias"]}, options),
         "bias: found float64 of shape": (members | {"bias": members["bias"][:, :-1]}, options),
         "array and the option bias go": (rest, options),
         "the array and the option bias go": (members, others),

@@ -125,12 +125,10 @@ class _Block:
 
 
 def require_packable(plan: Plan) -> None:
-    """UsageError for plans that the file cannot hold: with weights by solid angle, of 0, or replicates."""
-    precision = np.dtype(plan.options["precision"]).type
+    """UsageError for plans that the file cannot hold: with weights by solid angle, or replicates."""
     by_angle = "weights of photons that are launched by solid angle (weight times mu is left out)"
     for is_there, what, advice in (
         (any(c.weight is not None for c in plan.components), by_angle, "make it without weights"),
-        (plan.bias is not None and not precision(1.0 / plan.bias.max()), "weights of 0", "take precision float64"),
         (plan.replicates > 1, f"{plan.replicates} replicates", "make one source per seed, each with replicates=1"),
     ):
         if is_there:

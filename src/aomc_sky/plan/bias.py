@@ -20,6 +20,8 @@ from aomc_sky.errors import UsageError
 
 MAX_WEIGHT = 1e6
 """Photons of a larger weight are refused: hardly any run would have one."""
+MIN_WEIGHT = 1e-30
+"""And of a smaller one: they would be many photons without light, and 0 in float32."""
 _ONE = 1e-9
 """How far from 1 the sum of all shares may be."""
 
@@ -50,11 +52,12 @@ def bias_of(
             if wanted is not None:
                 factor = photons * wanted / math.fsum(mass * wanted)
             np.copyto(part, factor, where=mass > 0)
-            if 1.0 / factor[mass > 0].min() > MAX_WEIGHT:
+            weights = 1.0 / factor[mass > 0]
+            if not (weights.min() >= MIN_WEIGHT and weights.max() <= MAX_WEIGHT):
                 raise UsageError(
-                    f"photons of {component.name!r} would have weights up to {1.0 / factor[mass > 0].min():.3g}; at "
-                    f"most {MAX_WEIGHT:g} is allowed",
-                    "give it a larger share, or its patches a smaller range of importance",
+                    f"photons of {component.name!r} would have weights from {weights.min():.3g} to "
+                    f"{weights.max():.3g}; {MIN_WEIGHT:g} to {MAX_WEIGHT:g} are allowed",
+                    "give it another share, or its patches a smaller range of importance",
                 )
     return bias
 
@@ -97,8 +100,9 @@ def checked_bias(bias: np.ndarray, mass: np.ndarray) -> str:
     """What is wrong with the factors of a plan of these masses, (n_row, n_cell) each; empty for good ones."""
     if bias.shape != mass.shape:
         return f"found shape {bias.shape}, expected that of mass, {mass.shape}"
-    if not np.all((bias >= 1.0 / (MAX_WEIGHT * (1 + _ONE))) & (bias <= 1e300)):
-        return f"expected factors of at least {1.0 / MAX_WEIGHT:g}, finite"
+    low, high = 1.0 / MAX_WEIGHT, 1.0 / MIN_WEIGHT
+    if not np.all((bias >= low / (1 + _ONE)) & (bias <= high * (1 + _ONE))):
+        return f"expected factors from {low:g} to {high:g}"
     launch, is_lit = np.sum(mass * bias, axis=1), mass.any(axis=1)
     if not np.all(np.abs(launch - 1.0)[is_lit] <= _ONE):
         return "expected that mass times bias sums to 1"
