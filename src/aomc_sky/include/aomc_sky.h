@@ -2219,7 +2219,8 @@ SKY_FN uint64_t SKY_(lobes)(
 /* ---- emission/kernels/emit.py again ---- */
 
 /* `_weigh` of emission/photon_source.py: the weights of the photons of cells */
-SKY_APART void SKY_(weigh)(const aomc_sky_source *s, uint64_t m, const int32_t *SKY_ALONE cell, SKY_F *SKY_ALONE weight) {
+SKY_APART void SKY_(weigh)(
+    const aomc_sky_source *s, uint64_t m, const int32_t *SKY_ALONE cell, SKY_F *SKY_ALONE weight) {
     const SKY_F *of_cell = (const SKY_F *)s->weights;
     uint64_t j;
     for (j = 0; j < m; j++) weight[j] = of_cell ? of_cell[(uint32_t)cell[j]] : (SKY_F)1;
@@ -2309,7 +2310,8 @@ SKY_FN void SKY_(runs)(const aomc_sky_source *s, uint64_t start, uint64_t n, SKY
 
 /* cells and weights of photons in patch order; either may be NULL. A run is written in whole groups, of which the next
  * run writes the rest again. */
-SKY_APART void SKY_(cells_of_runs)(const aomc_sky_source *s, uint64_t start, uint64_t n, int32_t *patch, SKY_F *weight) {
+SKY_APART void SKY_(cells_of_runs)(
+    const aomc_sky_source *s, uint64_t start, uint64_t n, int32_t *patch, SKY_F *weight) {
     uint64_t j = 0, k, lo, m, slot = aomc_sky_slot(s, start), end;
     for (; j < n; j = end, slot++) {
         int32_t cell = s->cell_of_slot ? s->cell_of_slot[slot] : (int32_t)slot;
