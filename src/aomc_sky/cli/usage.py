@@ -152,7 +152,8 @@ def _elsewhere(word: str) -> str:
         return f"; leave it out: {IDLE[word]}"
     found = [(section, key) for section, rows in SECTIONS.items() for key, row in rows.items() if row.flag == word]
     return "".join(
-        f"; write {'a to e' if key == 'coefficients' else key} below [{s}] of sky.toml" for s, key in found[:1]
+        f"; write {'a to e' if key == 'coefficients' else key} below [{s}] of sky.toml, or give it in Python"
+        for s, key in found[:1]
     )
 
 
