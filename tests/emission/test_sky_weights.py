@@ -98,6 +98,10 @@ def test_what_is_refused():
     with pytest.raises(sky.UsageError, match="expected a Scene, got int"):
         source.weights_for(5, batch)
     grid, half = sky.PatchGrid.regular(9, 36), np.ones((1, 9, 36))
+    by_angle = sky.TabulatedSky(grid=grid, wavelength_nm=[550.0], values=half, weighting=sky.Weighting.SOLID_ANGLE)
+    run = sky.Scene(wavebands=[550.0], n_photons=N, components=by_angle).source(1)
+    with pytest.raises(sky.UsageError, match="launched by solid angle"):
+        run.weights_for(diffuse(**OTHERS["overcast"]), run.photons(stop=100))
     half[:, :, 18:] = 0.0
     table = sky.TabulatedSky(grid=grid, wavelength_nm=[550.0], values=half)
     one_side = sky.Scene(wavebands=[550.0], n_photons=N, components=table).source(1)

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from aomc_sky.component import Law
 from aomc_sky.directions import Frame, sky_angles
-from aomc_sky.emission.radiance import band_radiance
+from aomc_sky.emission.radiance import band_radiance, point_cells
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.plan.laws import law_of
@@ -35,6 +36,11 @@ def sky_weights(source: Any, scene: Any, batch: PhotonBatch, band: int, *, absol
                 f"component {component.name!r} is a beam: taken as a patch it is wrong by up to its whole light",
                 "give a scene with diffuse_only=True, and the beam as a table of suns (docs/howto/every_sky.md)",
             )
+    if any(component.law is Law.CELL_MU for component in source.components):
+        raise UsageError(
+            "the photons of this run are launched by solid angle, and not as light crosses the surface",
+            "make it with --weighting projected",
+        )
     if absolute and scene.irradiance is None:
         raise UsageError("absolute weights need a scene whose irradiance is known", "leave absolute out")
     density = _density(source, batch.band)
@@ -83,6 +89,8 @@ def _launched(
 def _refuse_poor(source: Any, scene: Any, run_band: int, band: int, density: Any) -> None:
     """Refuse a sky that has light where the run has no photons, or whose weights differ so much that few count."""
     grid = source.grid or PatchGrid.regular(45, 180)
+    if not np.any(grid.solid_angle_sr > 0):
+        grid = point_cells(grid)
     zenith, azimuth = (np.deg2rad(bounds.mean(axis=1)) for bounds in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg))
     z, a = (x.ravel() for x in np.broadcast_arrays(zenith[:, None], azimuth[None, :]))
     area = grid.projected_solid_angle_sr
