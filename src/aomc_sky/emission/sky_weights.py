@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 FEWEST = 1000
 """Fewer effective photons are refused: their mean says little, and its error even less."""
-_MOST_UNSEEN = 1e-6
+_MOST_UNSEEN = 1e-4
 """Largest share of the light in directions where the run has no photons."""
 
 
