@@ -74,11 +74,32 @@ def test_the_run_says_what_the_weights_cost_and_warns_of_rare_components(tmp_pat
     assert "note: waveband 1 expects less than one photon of direct" in said
 
 
+def test_a_dry_run_and_info_say_it_and_refuse_what_a_run_would(tmp_path, told):
+    said = told("run", "inputs/perez_sky", "--bias", "direct=0.2", "--dry-run").out
+    assert "photons are shared out otherwise than light" in said
+    told("run", "inputs/perez_sky", "--bias", "nobody=0.2", "--dry-run", code=2)
+    told("run", "inputs/perez_sky", "--replicates", "0", "--dry-run", code=2)
+    scene = copy_scene("perez_sky", tmp_path).parent
+    toml = scene / "sky.toml"
+    own = toml.read_text()
+    toml.write_text(own + "[photons]\nbias = { direct = 0.2 }\n")
+    assert "modelled: photons shared out otherwise than light: direct 0.2" in told("info", scene).out
+    said = told("run", scene, "--diffuse-only", "--iterations", "100", "--out", tmp_path / "o").out
+    assert "note: sky.toml: the bias of direct is not used: the scene has no beam" in said
+    toml.write_text(own + "[photons]\nbias = { sun = 0.2 }\n")
+    line = own.count("\n") + 2
+    for words in (["run", scene, "--dry-run"], ["info", scene], ["validate", scene]):
+        said = told(*words, code=3).err
+        assert f"sky.toml:{line}:8: error[E704]: bias: there is no component 'sun'" in said
+        assert "the components are direct, perez" in said
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["--bias", "direct"], "expected NAME=SHARE, for example direct=0.2"),
         (["--bias", "direct=a"], "expected a finite number"),
+        (["--bias", "direct=0.2,perez=0.8"], "write the option once for each component"),
         (["--bias", "sun=0.1"], "there is no component 'sun'; the components are direct, perez"),
         (["--bias", "direct=0.1", "--bias", "direct=0.2"], "--bias direct is given twice"),
         (["--bias", "direct=0.1", "--allocation", "largest-remainder"], "take allocation systematic or multinomial"),

@@ -112,3 +112,36 @@ def test_what_is_refused():
     few = sky.Scene(wavebands=[550.0], n_photons=500, components="uniform").source(1)
     with pytest.raises(sky.UsageError, match=r"count as 500; at least 1000 are needed; take more"):
         few.weights_for(diffuse(**OTHERS["overcast"]), few.photons())
+
+
+def test_photons_that_float32_rounds_over_an_edge_have_weights():
+    """A patch with light beside a dark one: the direction in float32 lies in the dark one for a few in a million."""
+    values = np.ones((1, 90, 360))
+    values[0, ::2, ::2] = 0.0
+    table = sky.TabulatedSky(grid=sky.PatchGrid.regular(90, 360), wavelength_nm=[550.0], values=values)
+    scene = sky.Scene(wavebands=[550.0], n_photons=400_000, components=table)
+    source = scene.source(1)
+    weight = source.weights_for(scene, source.photons())
+    np.testing.assert_allclose(weight, 1.0, rtol=1e-9)
+
+
+def test_a_needle_that_no_patch_sees_is_refused():
+    run = sky.Scene(wavebands=[550.0], n_photons=N, components="uniform").source(1)
+    spectrum = {"wavelength_nm": np.array([400.0, 700.0]), "spectrum": np.ones(2)}
+    turned = np.array([1.0, 0.0, 0.29, 0.0])
+    lobe = sky.WeightedLobe(name="g", kind="ggx", param0=1e-3, param1=1e-3, quaternion=turned, **spectrum)
+    scene = sky.Scene(wavebands=[550.0], n_photons=N, components=sky.LobeSky(lobes=(lobe,)))
+    with pytest.raises(sky.UsageError, match=r"count as \d+; at least 1000 are needed"):
+        run.weights_for(scene, run.photons())
+
+
+def test_photons_in_the_middle_of_patches_are_refused():
+    source = diffuse(**RUN).source(1, placement="centre")
+    with pytest.raises(sky.UsageError, match="in the middle of patches; make it with placement r2 or philox"):
+        source.weights_for(diffuse(**OTHERS["overcast"]), source.photons())
+
+
+@pytest.mark.parametrize("batch", [None, "x", np.zeros(3)])
+def test_a_batch_is_a_batch(batch):
+    with pytest.raises(sky.UsageError, match="expected a PhotonBatch"):
+        diffuse(**RUN).source(1).weights_for(diffuse(**OTHERS["overcast"]), batch)

@@ -1,6 +1,7 @@
 """Photons shared out otherwise than light: launch = mass x bias, weight = 1 / bias, and the light stays exact."""
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -209,3 +210,9 @@ def test_effective_photons_are_those_of_the_weights():
     expected = weight.sum() ** 2 / (weight**2).sum()
     assert source.effective_photons(0) == pytest.approx(expected, rel=1e-6)
     assert weather().source(1).effective_photons(0) == 100_000.0
+
+
+def test_shares_are_numbers_of_any_library():
+    expected = weather().source(1, bias={"direct": 0.25}).plan
+    for share in (np.float64(0.25), np.float32(0.25), Fraction(1, 4)):
+        assert weather().source(1, bias={"direct": share}).plan == expected

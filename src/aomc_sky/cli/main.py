@@ -62,7 +62,7 @@ def _main(argv: Sequence[str] | None) -> int:
 
 def _parse(argv: Sequence[str], arguments: argparse.Namespace) -> None:
     if argv and argv[0] in WITHDRAWN:
-        raise WrongWordsError(f"{argv[0]} ended with version 0.3; {WITHDRAWN[argv[0]]}")
+        raise WrongWordsError(f"{argv[0]} ended with version 0.3", WITHDRAWN[argv[0]])
     parser = build_parser([word for word in argv if word != "--"][:1])
     if argv and argv[0].startswith("-") and not any(flag.startswith(argv[0]) for flag in parser._option_string_actions):
         raise WrongWordsError(f"{argv[0]} stands before the command", f"write aomc-sky COMMAND ... {argv[0]}")

@@ -119,9 +119,9 @@ class Parser(argparse.ArgumentParser):
         found, rest = super().parse_known_args(args, namespace)
         if rest and rest[0].startswith("-"):
             word, name = rest[0].partition("=")[0], self.prog.rpartition(" ")[2]
-            self.error(
-                f"{name} has no option {word}{_elsewhere(word) or did_you_mean(word, self._option_string_actions)}"
-            )
+            advice = _elsewhere(word, reads_scenes="--sky" in self._option_string_actions)
+            near = did_you_mean(word, self._option_string_actions).removeprefix("; ")
+            raise WrongWordsError(f"{name} has no option {word}", advice or near)
         if rest:
             self.error(f"{rest[0]!r} is one word too many; a path with blanks stands in quotes")
         return found, rest
@@ -146,15 +146,16 @@ def _usage_of(needed: Iterable[argparse.Action]) -> str:
     return "".join(f"{word} " for word in words)
 
 
-def _elsewhere(word: str) -> str:
+def _elsewhere(word: str, *, reads_scenes: bool) -> str:
     """What to write for an option that stands in sky.toml or does nothing here; empty for another word."""
     if word in IDLE:
-        return f"; leave it out: {IDLE[word]}"
-    found = [(section, key) for section, rows in SECTIONS.items() for key, row in rows.items() if row.flag == word]
-    return "".join(
-        f"; write {'a to e' if key == 'coefficients' else key} below [{s}] of sky.toml, or give it in Python"
-        for s, key in found[:1]
-    )
+        return f"leave it out: {IDLE[word]}"
+    for section, rows in SECTIONS.items() if reads_scenes else ():
+        for key, row in rows.items():
+            if word in (row.flag, f"--{key.replace('_', '-')}"):
+                shown = "a to e" if key == "coefficients" else key
+                return f"write {shown} below [{section}] of sky.toml, or give it in Python"
+    return ""
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

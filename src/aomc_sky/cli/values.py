@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 from collections.abc import Callable
 from decimal import Decimal, InvalidOperation
@@ -45,10 +46,14 @@ def whole_number_in(low: float, high: float) -> Callable[[str], int]:
     def number(text: str) -> int:
         value = whole_number(text)
         if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"expected {low:.20g} to {high:.20g}, got {text}")
+            raise argparse.ArgumentTypeError(f"expected {_plain(low)} to {_plain(high)}, got {text}")
         return value
 
     return number
+
+
+def _plain(limit: float) -> str:
+    return f"{limit:g}" if math.isinf(limit) else str(int(limit))
 
 
 def photon_total(text: str) -> int:
@@ -217,9 +222,10 @@ def sky_option(text: str) -> tuple[str, Any]:
 def share(text: str) -> tuple[str, float]:
     """Name and number of NAME=SHARE."""
     name, is_pair, number = text.rpartition("=")
-    if not is_pair or not name:
-        raise argparse.ArgumentTypeError(f"expected NAME=SHARE, for example direct=0.2, got {text!r}")
-    return name, finite_number(number)
+    if not is_pair or not name.strip() or "," in name:
+        message = f"expected NAME=SHARE, for example direct=0.2, got {text!r}; write the option once for each component"
+        raise argparse.ArgumentTypeError(message)
+    return name.strip(), finite_number(number)
 
 
 TYPES: dict[Kind, Callable[[str], Any] | None] = {

@@ -429,12 +429,15 @@ class PhotonSource:
         Raises
         ------
         UsageError
-            A scene with a beam; light where the run has no photons; fewer than 1000 effective photons.
+            A scene with a beam; photons by solid angle or in the middle of patches; light where the run has no photons;
+            fewer than 1000 effective photons.
         """
         from aomc_sky.emission.sky_weights import sky_weights
 
-        if not hasattr(scene, "radiance"):
+        if not hasattr(scene, "row_of_band"):
             raise UsageError(f"expected a Scene, got {type(scene).__name__}")
+        if not isinstance(batch, PhotonBatch):
+            raise UsageError(f"expected a PhotonBatch, got {type(batch).__name__}")
         band = as_index_within(band, "band", 0, scene.wavebands.n_bands - 1)
         return sky_weights(self, scene, batch, band, absolute=absolute)
 

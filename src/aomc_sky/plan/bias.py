@@ -36,6 +36,7 @@ def bias_of(
     """
     names = [component.name for component in components]
     _check_shares(names, shares)
+    shares = {name: float(share) for name, share in shares.items()}
     bias = np.ones((len(components[0].mass), sum(component.n_cells for component in components)))
     for row in range(len(bias)):
         light = [math.fsum(component.mass[row]) for component in components]

@@ -470,7 +470,7 @@ def build_plan(
         refuse_bias(parts, options)
         factors = bias_of(parts, bias or {}, importance_of(scene.components, importance or {}))
         factors.flags.writeable = False
-        chosen |= {"bias": dict(bias or {}), "importance": sorted(importance or {})}
+        chosen |= {"bias": {n: float(x) for n, x in (bias or {}).items()}, "importance": sorted(importance or {})}
     absolute = scene.irradiance
     bands = tuple(
         PlanBand(

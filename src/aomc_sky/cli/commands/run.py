@@ -82,7 +82,9 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
     if arguments.dry_run:
-        print(json.dumps(scene_summary(scene)) if arguments.json else dry_run_text(scene, verbose=arguments.verbose))
+        source = cli_options.source_of(scene, arguments)  # refuses what a run would
+        text = partial(dry_run_text, scene, verbose=arguments.verbose)
+        print(json.dumps(scene_summary(scene)) if arguments.json else "\n".join([text(), *_bias_lines(source)]))
         return 0
     is_shown = cli_options.is_verbose(arguments)
     with status_line("sharing out the photons", enabled=is_shown):
@@ -439,7 +441,9 @@ def dry_run_text(scene: Scene, *, verbose: bool) -> str:
         lines.append("not modelled: positions (the footprint is a point)")
     else:
         lines.append(f"modelled: positions over a {scene.footprint.shape.value}")
-    if all(c.weight is None for c in scene.components):
+    if scene.bias:
+        lines.append(f"modelled: photons shared out otherwise than light: {shown(dict(scene.bias))}")
+    elif all(c.weight is None for c in scene.components):
         lines.append("not modelled: weights (all are 1)")
     for name, value in scene.options.items():
         if value is not None:

@@ -12,15 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import InputFileError, SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.aomc.amc import AmcConfig, FootprintCode
+from aomc_sky.formats.sky_toml.file import problem_of_key
 from aomc_sky.formats.sky_toml.keys import SKY_TOML, moment_text
 from aomc_sky.formats.sky_toml.sections import BackgroundSection
 from aomc_sky.options import listed
 from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod
 from aomc_sky.plan.options import Footprint, Order, Placement, SamplingOptions
-from aomc_sky.source.light.join import Files, Light, in_absolute_units, light_of
+from aomc_sky.source.light.join import BEAM, Files, Light, in_absolute_units, light_of
 from aomc_sky.source.light.said import Said, Speakers, moment_said, said_by_caller, said_by_toml
 from aomc_sky.source.light.skies import Model, Named, Sky, Uniform, model_of, perez_of, with_sun_of
 from aomc_sky.source.light.unused import names_said, refuse_names
@@ -185,6 +186,8 @@ def scene_of_files(path: str | os.PathLike[str], callers: Speakers, reading: Rea
         options["weather"] = moment.source
         paths = paths if moment.path is None else {**paths, "weather": moment.path}
     n_photons, wavebands = _photons(files, light, compat), reading.wavebands
+    bias: Mapping[str, float] = files.toml.photons.get("bias", {})
+    unused = _unused_bias(files, bias, [component.name for component in light.components])
     scene = Scene(
         wavebands=bands,
         n_photons=only_bands(n_photons, wavebands, bands.wavelength_nm),
@@ -195,14 +198,26 @@ def scene_of_files(path: str | os.PathLike[str], callers: Speakers, reading: Rea
         preset=SamplingOptions() if not compat else AOMC_INTERNAL_PRESET if files.table is None else AOMC_TABLE_PRESET,
         footprint=_footprint(files.config),
         preset_name=COMPAT_NAME if compat else None,
-        notes=(*light.notes, *_notes_of_other_skies(files), *_empty_band_notes(n_photons)),
+        notes=(*light.notes, *_notes_of_other_skies(files), *_empty_band_notes(n_photons), *unused.values()),
         input_files=paths,
         options={**options, "compat": compat, "lenient": reading.lenient, "wavebands": listed_bands(wavebands)},
-        bias=files.toml.photons.get("bias", {}),
+        bias={name: share for name, share in bias.items() if name not in unused},
     )
     if compat is None:
         scene.refuse_dark_bands()
     return scene
+
+
+def _unused_bias(files: SceneFiles, bias: Mapping[str, float], names: list[str]) -> dict[str, str]:
+    """Notes on shares of sky.toml for a beam that the scene has not; a name that no scene has is an error there."""
+    others = [name for name in bias if name not in names and name != BEAM]
+    if others:
+        message = f"there is no component {' and '.join(map(repr, others))}"
+        advice = f"the components are {', '.join(names)}"
+        path = os.path.join(files.folder, SKY_TOML)
+        raise InputFileError([problem_of_key(path, ("photons", "bias"), "E704", message, advice)])
+    no_beam = f"sky.toml: the bias of {BEAM} is not used: the scene has no beam"
+    return dict.fromkeys((name for name in bias if name not in names), no_beam)
 
 
 def _said_by_files(files: SceneFiles) -> Speakers:
