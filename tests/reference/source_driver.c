@@ -55,6 +55,22 @@ int64_t driver_fill_weighted(
     return aomc_sky_fill_weighted(&source, start, n, (float *)x, (float *)y, (float *)z, patch, (float *)weight);
 }
 
+int64_t driver_positions(int is_double, int64_t start, int64_t n, void *x, void *y)
+{
+    if (is_double) return aomc_sky_positions_double(&source, start, n, (double *)x, (double *)y);
+    return aomc_sky_positions(&source, start, n, (float *)x, (float *)y);
+}
+
+/* Positions one by one, x and y side by side. */
+void driver_position(int is_double, const int64_t *index, int64_t n, void *xy)
+{
+    int64_t j;
+    for (j = 0; j < n; j++) {
+        if (is_double) aomc_sky_position_double(&source, index[j], (double *)xy + 2 * j);
+        else aomc_sky_position(&source, index[j], (float *)xy + 2 * j);
+    }
+}
+
 int64_t driver_n(void)
 {
     return source.n;
@@ -144,6 +160,12 @@ int main(int count, char **arguments)
                     weight = aomc_sky_weight(&source, patch[j]) * (2 + aomc_sky_component(&source, patch[j]));
                     sum = (sum ^ aomc_sky_bits(weight) ^ (uint64_t)patch[j]) * UINT64_C(0x9E3779B97F4A7C15);
                     sum ^= sum >> 32;
+                }
+                if (file.precision == 8) aomc_sky_positions_double(&source, start, n, x[0], x[1]);
+                else aomc_sky_positions(&source, start, n, y[0], y[1]);
+                for (j = 0; j < n; j++) {
+                    double place = file.precision == 8 ? x[0][j] - x[1][j] : (double)y[0][j] - (double)y[1][j];
+                    sum = (sum ^ aomc_sky_bits(place)) * UINT64_C(0x9E3779B97F4A7C15);
                 }
                 for (j = 0; j < n && j < 64; j++) {
                     uint64_t word = 0;

@@ -73,7 +73,7 @@ class Driver:
         for name in ("driver_fill", "driver_numbers", "driver_n"):
             getattr(library, name).restype = ctypes.c_int64
         if hasattr(library, "driver_fill_weighted"):  # not in the driver of a GPU
-            library.driver_fill_weighted.restype = ctypes.c_int64
+            library.driver_fill_weighted.restype = library.driver_positions.restype = ctypes.c_int64
             library.driver_weight.restype = library.driver_photon_light.restype = ctypes.c_double
         library.driver_checksum.restype = ctypes.c_uint64
         library.driver_message.restype = ctypes.c_char_p
@@ -135,6 +135,18 @@ class Driver:
         is_double = ctypes.c_int(rows.dtype == np.float64)
         columns = rows if columns is None else columns
         return int(function(is_double, ctypes.c_int64(start), ctypes.c_int64(size), *map(_address, columns)))
+
+    def positions(self, start, x, y, count=None):
+        """Positions from `start` on into columns; either may be None."""
+        one = y if x is None else x
+        return self._into(self.library.driver_positions, start, one[np.newaxis], count, (x, y))
+
+    def position(self, index, dtype):
+        """Positions (n, 2) of single photons."""
+        xy = np.empty((index.size, 2), dtype)
+        is_double, index = ctypes.c_int(xy.dtype == np.float64), np.ascontiguousarray(index, np.int64)
+        self.library.driver_position(is_double, _address(index), ctypes.c_int64(index.size), _address(xy))
+        return xy
 
     def at(self, index, dtype):
         """Directions and numbers (6, n) of single photons, and their patches."""

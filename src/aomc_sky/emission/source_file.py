@@ -15,12 +15,16 @@ from aomc_sky.emission.band import Band
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.source_witnesses import witnesses
 from aomc_sky.errors import UsageError
+from aomc_sky.plan.options import FootprintShape
 from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.streams import STREAM_VERSION
 
 MAGIC = b"AOMC-SKY"
 LAYOUT = 1
 """Changes whenever an older header can no longer read the file."""
+
+FOOTPRINTS = (FootprintShape.POINT, FootprintShape.CIRCLE, FootprintShape.RECTANGLE)
+"""Shapes in the order of their numbers in a record."""
 
 _ALIGNMENT = 64
 _HEAD_BYTES = 192
@@ -154,6 +158,9 @@ def source_bytes(emitter: Emitter) -> bytes:
         words[3:5] = np.array([plan.bands[band].wavelength_nm, irradiance], np.float64).view(np.uint64)
         if n := emitter.n_photons(band):
             words[31] = np.float64(1.0 if absolute is None else irradiance / n).view(np.uint64)
+        words[32] = FOOTPRINTS.index(emitter.footprint.shape)
+        sizes = emitter.footprint.size_x_m, emitter.footprint.size_y_m
+        words[33:35] = np.array(sizes, np.float64).view(np.uint64)
         words[5:7] = block.put(directory.astype("<u8").tobytes()) if directory.size else records, len(directory)
         all_words.append(words.astype("<u8").tobytes())
     block.put(b"")

@@ -19,6 +19,7 @@ module aomc_sky
         aomc_sky_unload, aomc_sky_band, aomc_sky_at, aomc_sky_at_double, aomc_sky_fill, aomc_sky_fill_double, &
         aomc_sky_weighted_band, aomc_sky_weight, aomc_sky_component, aomc_sky_fill_weighted, &
         aomc_sky_fill_weighted_double, &
+        aomc_sky_position, aomc_sky_position_double, aomc_sky_positions, aomc_sky_positions_double, &
         aomc_sky_numbers, aomc_sky_numbers_double, aomc_sky_numbers_at, aomc_sky_numbers_at_double, &
         aomc_sky_witness, aomc_sky_checksum, aomc_sky_text
 
@@ -142,6 +143,35 @@ module aomc_sky
             integer(c_int32_t), intent(inout), optional :: patch(*)
             real(c_double), intent(inout), optional :: weight(*)
         end function
+
+        ! Positions on the surface [m]; an argument that is left out is not made.
+        integer(c_int64_t) function aomc_sky_positions(source, start, n, x, y) bind(C)
+            import :: aomc_sky_source, c_float, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: start, n
+            real(c_float), intent(inout), optional :: x(*), y(*)
+        end function
+
+        integer(c_int64_t) function aomc_sky_positions_double(source, start, n, x, y) bind(C)
+            import :: aomc_sky_source, c_double, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: start, n
+            real(c_double), intent(inout), optional :: x(*), y(*)
+        end function
+
+        subroutine aomc_sky_position(source, i, xy) bind(C)
+            import :: aomc_sky_source, c_float, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: i
+            real(c_float), intent(inout) :: xy(2)
+        end subroutine
+
+        subroutine aomc_sky_position_double(source, i, xy) bind(C)
+            import :: aomc_sky_source, c_double, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: i
+            real(c_double), intent(inout) :: xy(2)
+        end subroutine
 
         ! The photons' further numbers; an argument that is left out is not made.
         integer(c_int64_t) function aomc_sky_numbers(source, start, n, n1, n2, n3) bind(C)

@@ -183,7 +183,9 @@ typedef struct aomc_sky_source {
     const void *weights; /* NULL, or the weight of a cell, in the precision of the source */
     const int32_t *component_ends;
     uint64_t n_component; /* 0: an older file */
-    uint64_t reserve[8];  /* 512 bytes in all, as aomc_sky.f90 says */
+    uint64_t footprint;   /* AOMC_SKY_POINT and following */
+    double footprint_m[2];
+    uint64_t reserve[5]; /* 512 bytes in all, as aomc_sky.f90 says */
 } aomc_sky_source;
 
 /* `patch` is the cell over all components, as in counts.csv. */
@@ -201,6 +203,7 @@ typedef struct aomc_sky_photon_double {
 enum { AOMC_SKY_CELL_MU2, AOMC_SKY_CELL_MU, AOMC_SKY_BEAM, AOMC_SKY_DISC, AOMC_SKY_DISC_AT_HORIZON };
 enum { AOMC_SKY_HG = 6, AOMC_SKY_BECKMANN = 8 };
 enum { AOMC_SKY_NARROW, AOMC_SKY_QUARTER, AOMC_SKY_ANY_WIDTH, AOMC_SKY_IN_MU };
+enum { AOMC_SKY_POINT, AOMC_SKY_CIRCLE, AOMC_SKY_RECTANGLE }; /* footprints */
 
 #define SKY_LAST_TRIAL 10000
 #define SKY_DRAW_ACCEPT 2147483648u
@@ -963,6 +966,22 @@ AOMC_SKY_API void aomc_sky_numbers_at_double(const aomc_sky_source *source, int6
     for (c = 0; out && c < 3; c++) out[c] = is_there ? aomc_sky_unit_f64(aomc_sky_number_word(source, rank, c)) : NAN;
 }
 
+/* Position of photon i on the surface [m], x and y, as `batch.x` and `batch.y` in Python; 0 where the source is a point.
+ * Of another i, of the other precision, and of NULL: NaN. */
+AOMC_SKY_API void aomc_sky_position(const aomc_sky_source *source, int64_t i, float *xy) {
+    if (!xy) return;
+    xy[0] = xy[1] = NAN;
+    if (source && i >= 0 && i < source->n && source->precision == 4)
+        aomc_sky_position_range_f32(source, (uint64_t)i, 1, xy, xy + 1);
+}
+
+AOMC_SKY_API void aomc_sky_position_double(const aomc_sky_source *source, int64_t i, double *xy) {
+    if (!xy) return;
+    xy[0] = xy[1] = NAN;
+    if (source && i >= 0 && i < source->n && source->precision == 8)
+        aomc_sky_position_range_f64(source, (uint64_t)i, 1, xy, xy + 1);
+}
+
 /* Directions of the photons from `start` on, at most `count`. Returns how many; 0 at the end of the band; or a code. */
 AOMC_SKY_API int64_t aomc_sky_fill(
     const aomc_sky_source *source, int64_t start, int64_t count, float *ux, float *uy, float *uz) {
@@ -1022,6 +1041,21 @@ AOMC_SKY_API int64_t aomc_sky_numbers_double(
     const aomc_sky_source *source, int64_t start, int64_t count, double *n1, double *n2, double *n3) {
     int64_t n = aomc_sky_due(source, 8, start, count, n1 || n2 || n3);
     if (n > 0) aomc_sky_number_range_f64(source, (uint64_t)start, (uint64_t)n, n1, n2, n3);
+    return n;
+}
+
+/* The positions of the same photons. A pointer may be NULL: that column is left out. */
+AOMC_SKY_API int64_t aomc_sky_positions(
+    const aomc_sky_source *source, int64_t start, int64_t count, float *x, float *y) {
+    int64_t n = aomc_sky_due(source, 4, start, count, x || y);
+    if (n > 0) aomc_sky_position_range_f32(source, (uint64_t)start, (uint64_t)n, x, y);
+    return n;
+}
+
+AOMC_SKY_API int64_t aomc_sky_positions_double(
+    const aomc_sky_source *source, int64_t start, int64_t count, double *x, double *y) {
+    int64_t n = aomc_sky_due(source, 8, start, count, x || y);
+    if (n > 0) aomc_sky_position_range_f64(source, (uint64_t)start, (uint64_t)n, x, y);
     return n;
 }
 
@@ -1160,6 +1194,12 @@ SKY_HOST int aomc_sky_read_record(const aomc_sky_file *file, const uint64_t *r, 
     if (!(s->photon_light >= 0.0 && s->photon_light <= DBL_MAX)) return AOMC_SKY_TABLE;
     if (s->photon_light == 0.0 && n > 0) /* an older file: it does not say */
         s->photon_light = s->irradiance_W_m2_nm == s->irradiance_W_m2_nm ? s->irradiance_W_m2_nm / (double)n : 1.0;
+    if (r[32] > AOMC_SKY_RECTANGLE) return AOMC_SKY_NEWER;
+    s->footprint = r[32];
+    memcpy(s->footprint_m, r + 33, 16);
+    for (k = 0; k < 2; k++)
+        if (!(s->footprint_m[k] >= 0.0 && s->footprint_m[k] <= DBL_MAX)) return AOMC_SKY_TABLE;
+    if (s->footprint == AOMC_SKY_CIRCLE && r[33] != r[34]) return AOMC_SKY_TABLE;
     return r[28] > r[29] || r[29] > 0x7FFFFFF0 ? AOMC_SKY_TABLE : 0;
 }
 
@@ -2347,6 +2387,68 @@ SKY_FN int64_t SKY_(range)(const aomc_sky_source *s, uint64_t start, uint64_t n,
         if (tries > 10000000 + 1000 * lo) return AOMC_SKY_TRIALS;
     }
     return (int64_t)n;
+}
+
+/* ---- positions of emission/kernels/emit.py ---- */
+
+/* sincos_turned_any of a full turn from x = -2 to 2: a large number rounds in every processor, and x is never -0 */
+SKY_FORMULA void SKY_(full_turn)(SKY_F v, SKY_F *sine, SKY_F *cosine) {
+    const SKY_F zero = 0, one = 1, large = (SKY_F)(AOMC_SKY_PRECISION == 4 ? 12582912.0 : 6755399441055744.0);
+    SKY_F x = (SKY_F)2 * (v + v - one), turns = (x + large) - large, s0, c0, s, c;
+    int32_t quarter = (int32_t)turns;
+    SKY_(sincos_quarter)(x - turns, &s0, &c0);
+    s = quarter & 1 ? c0 : s0;
+    c = quarter & 1 ? s0 : c0;
+    s = quarter & 2 ? -s : s;
+    c = (quarter + 1) & 2 ? -c : c;
+    *sine = zero * c + one * s;
+    *cosine = one * c - zero * s;
+}
+
+/* in_circle and in_rectangle for at most SKY_PIECE photons: from two numbers to a position, in the same arrays */
+SKY_FORMULA void SKY_(on_circle)(uint64_t m, SKY_F radius, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y) {
+    SKY_LINES SKY_F sine[SKY_PIECE], cosine[SKY_PIECE];
+    uint64_t j;
+    for (j = 0; j < m; j++) SKY_(full_turn)(y[j], sine + j, cosine + j);
+    SKY_(roots)(m, x);
+    for (j = 0; j < m; j++) {
+        SKY_F r = radius * x[j];
+        x[j] = r * cosine[j];
+        y[j] = r * sine[j];
+    }
+}
+
+SKY_FORMULA void SKY_(on_rectangle)(
+    uint64_t m, SKY_F size_x, SKY_F size_y, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y) {
+    const SKY_F half = (SKY_F)0.5;
+    uint64_t j;
+    for (j = 0; j < m; j++) x[j] = size_x * (x[j] - half);
+    for (j = 0; j < m; j++) y[j] = size_y * (y[j] - half);
+}
+
+/* positions: either of x and y may be NULL */
+SKY_FN void SKY_(position_range)(const aomc_sky_source *s, uint64_t start, uint64_t n, SKY_F *x, SKY_F *y) {
+    SKY_F size_x = (SKY_F)s->footprint_m[0], size_y = (SKY_F)s->footprint_m[1];
+    SKY_F radius = (SKY_F)(s->footprint_m[0] / 2.0);
+    uint64_t lo, j, m;
+    for (lo = 0; lo < n; lo += m) {
+        SKY_LINES SKY_F u[SKY_PIECE], v[SKY_PIECE];
+        m = n - lo < SKY_PIECE ? n - lo : SKY_PIECE;
+        if (s->footprint == AOMC_SKY_POINT) {
+            for (j = 0; j < m; j++) u[j] = v[j] = (SKY_F)0;
+        } else {
+            SKY_LINES uint64_t index[SKY_PIECE], a[SKY_PIECE], b[SKY_PIECE];
+            for (j = 0; j < m; j++) index[j] = start + lo + j;
+            aomc_sky_pairs(s->position_key, m, index, s->band, 0, a, b);
+            for (j = 0; j < m; j++) u[j] = SKY_(unit)(a[j]);
+            for (j = 0; j < m; j++) v[j] = SKY_(unit)(b[j]);
+            if (s->footprint == AOMC_SKY_RECTANGLE) SKY_(on_rectangle)(m, size_x, size_y, u, v);
+            else if (m == SKY_PIECE) SKY_(on_circle)(SKY_PIECE, radius, u, v);
+            else SKY_(on_circle)(m, radius, u, v);
+        }
+        if (x) memcpy(x + lo, u, m * sizeof *x);
+        if (y) memcpy(y + lo, v, m * sizeof *y);
+    }
 }
 
 /* ---- emission/kernels/numbers.py ---- */
