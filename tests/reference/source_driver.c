@@ -6,7 +6,8 @@ extern "C" {
 #endif
 
 static aomc_sky_file file;
-static aomc_sky_source source;
+static aomc_sky_source source, sources[16];
+static int32_t n_sources;
 
 int driver_view(const void *bytes, uint64_t size)
 {
@@ -69,6 +70,40 @@ void driver_position(int is_double, const int64_t *index, int64_t n, void *xy)
         if (is_double) aomc_sky_position_double(&source, index[j], (double *)xy + 2 * j);
         else aomc_sky_position(&source, index[j], (float *)xy + 2 * j);
     }
+}
+
+/* The bands of the file for a stream, in addition to others where `is_more`. */
+int driver_take_bands(int is_more)
+{
+    int32_t band;
+    int code = 0;
+    if (!is_more) n_sources = 0;
+    for (band = 0; code == 0 && band < file.n_bands; band++)
+        code = n_sources < 16 ? aomc_sky_weighted_band(&file, band, sources + n_sources++) : 1;
+    return code;
+}
+
+/* Particles of a stream from `from` to `to`, at most `count`: six columns of floats, four of integers. Returns their
+ * number, or a code. */
+int64_t driver_stream(int64_t from, int64_t to, int64_t count, double *f, int64_t *whole, int64_t *total)
+{
+    aomc_sky_stream stream;
+    aomc_sky_particle p;
+    int64_t j;
+    int code = aomc_sky_particles(&stream, sources, n_sources, from, to);
+    *total = stream.n;
+    for (j = 0; code == 0 && j < count; j++) {
+        if (stream.at != (from < stream.n ? from : stream.n) + j) return -1000;
+        code = aomc_sky_next(&stream, &p);
+        if (code == 0) return j;
+        if (code < 0) return code;
+        code = 0;
+        f[j] = p.ux, f[count + j] = p.uy, f[2 * count + j] = p.uz;
+        f[3 * count + j] = p.weight, f[4 * count + j] = p.x, f[5 * count + j] = p.y;
+        whole[j] = p.index, whole[count + j] = p.band, whole[2 * count + j] = p.patch;
+        whole[3 * count + j] = p.component;
+    }
+    return code < 0 ? code : j;
 }
 
 int64_t driver_n(void)
@@ -175,6 +210,22 @@ int main(int count, char **arguments)
                 }
             }
             if (n < 0) code = (int)n;
+        }
+        if (code == 0 && file.n_bands <= 16 && driver_take_bands(0) == 0) {
+            aomc_sky_stream stream;
+            aomc_sky_particle p;
+            int64_t part;
+            for (part = 0; part < 3; part++) { /* the begin, the middle and the end */
+                int made = aomc_sky_particles(&stream, sources, n_sources, 0, INT64_MAX);
+                int64_t from = part == 0 || stream.n < 10000 ? 0 : (stream.n - 10000) / 2 * part;
+                if (made == 0) made = aomc_sky_particles(&stream, sources, n_sources, from, from + 10000);
+                while (made == 0 && (made = aomc_sky_next(&stream, &p)) > 0) {
+                    sum = (sum ^ aomc_sky_bits(p.ux) ^ aomc_sky_bits(p.weight)) * UINT64_C(0x9E3779B97F4A7C15);
+                    sum ^= (uint64_t)p.index ^ (uint64_t)p.band ^ (uint64_t)p.component << 32;
+                    made = 0;
+                }
+                sum ^= (uint64_t)(uint32_t)made;
+            }
         }
         printf("%d %016llx\n", code, (unsigned long long)sum);
         aomc_sky_unload(&file);

@@ -74,6 +74,7 @@ class Driver:
             getattr(library, name).restype = ctypes.c_int64
         if hasattr(library, "driver_fill_weighted"):  # not in the driver of a GPU
             library.driver_fill_weighted.restype = library.driver_positions.restype = ctypes.c_int64
+            library.driver_stream.restype = ctypes.c_int64
             library.driver_weight.restype = library.driver_photon_light.restype = ctypes.c_double
         library.driver_checksum.restype = ctypes.c_uint64
         library.driver_message.restype = ctypes.c_char_p
@@ -135,6 +136,22 @@ class Driver:
         is_double = ctypes.c_int(rows.dtype == np.float64)
         columns = rows if columns is None else columns
         return int(function(is_double, ctypes.c_int64(start), ctypes.c_int64(size), *map(_address, columns)))
+
+    def take_bands(self, *files):
+        """Take the bands of files, one file after the other, for a stream."""
+        self._kept = []
+        for data in files:
+            assert self.view(data) == 0
+            assert self.library.driver_take_bands(len(self._kept)) == 0
+            self._kept.append(self._data)
+
+    def stream(self, start, stop, room):
+        """Particles of a stream over these bands: (6, n) floats and (4, n) integers, or a code; then their total."""
+        floats, whole = np.full((6, room), np.nan), np.full((4, room), -9, np.int64)
+        bounds, total = map(ctypes.c_int64, (start, stop, room)), ctypes.c_int64(-9)
+        n = int(self.library.driver_stream(*bounds, _address(floats), _address(whole), ctypes.byref(total)))
+        made = (floats[:, :n], whole[:, :n]) if n >= 0 else n
+        return made, total.value
 
     def positions(self, start, x, y, count=None):
         """Positions from `start` on into columns; either may be None."""

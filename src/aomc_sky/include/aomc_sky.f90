@@ -19,6 +19,7 @@ module aomc_sky
         aomc_sky_unload, aomc_sky_band, aomc_sky_at, aomc_sky_at_double, aomc_sky_fill, aomc_sky_fill_double, &
         aomc_sky_weighted_band, aomc_sky_weight, aomc_sky_component, aomc_sky_fill_weighted, &
         aomc_sky_fill_weighted_double, &
+        aomc_sky_stream, aomc_sky_particle, aomc_sky_particles, aomc_sky_next, &
         aomc_sky_position, aomc_sky_position_double, aomc_sky_positions, aomc_sky_positions_double, &
         aomc_sky_numbers, aomc_sky_numbers_double, aomc_sky_numbers_at, aomc_sky_numbers_at_double, &
         aomc_sky_witness, aomc_sky_checksum, aomc_sky_text
@@ -47,6 +48,18 @@ module aomc_sky
     type, bind(C) :: aomc_sky_photon_double
         real(c_double) :: ux, uy, uz
         integer(c_int32_t) :: patch
+    end type
+
+    ! A photon of a stream; its weight is its light.
+    type, bind(C) :: aomc_sky_particle
+        real(c_double) :: ux, uy, uz, weight, x, y
+        integer(c_int64_t) :: index
+        integer(c_int32_t) :: band, patch, component, reserve
+    end type
+
+    type, bind(C) :: aomc_sky_stream
+        integer(c_int64_t) :: n, at, to
+        integer(c_int64_t) :: rest(1805)
     end type
 
     interface
@@ -142,6 +155,23 @@ module aomc_sky
             real(c_double), intent(inout) :: ux(*), uy(*), uz(*)
             integer(c_int32_t), intent(inout), optional :: patch(*)
             real(c_double), intent(inout), optional :: weight(*)
+        end function
+
+        ! A stream over the photons of all sources from place `from`, counted from 0, to before `to`. The stream leads to
+        ! the sources, which are a whole array with the attribute target; each thread has a stream of its own.
+        integer(c_int) function aomc_sky_particles(stream, sources, n_sources, from, to) bind(C)
+            import :: aomc_sky_source, aomc_sky_stream, c_int, c_int32_t, c_int64_t
+            type(aomc_sky_stream), intent(inout) :: stream
+            type(aomc_sky_source), intent(in), target :: sources(*)
+            integer(c_int32_t), value :: n_sources
+            integer(c_int64_t), value :: from, to
+        end function
+
+        ! The next particle: 1; 0 at the end of the stream; or a code.
+        integer(c_int) function aomc_sky_next(stream, particle) bind(C)
+            import :: aomc_sky_particle, aomc_sky_stream, c_int
+            type(aomc_sky_stream), intent(inout) :: stream
+            type(aomc_sky_particle), intent(inout) :: particle
         end function
 
         ! Positions on the surface [m]; an argument that is left out is not made.

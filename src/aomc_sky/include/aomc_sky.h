@@ -17,6 +17,13 @@
  * A host that counts weights opens with aomc_sky_weighted_band, and takes aomc_sky_fill_weighted, or
  * aomc_sky_weight(&source, p.patch).
  *
+ * All bands in one go, each photon with its light, patch, component and position:
+ *
+ *     aomc_sky_stream stream;
+ *     aomc_sky_particle p;
+ *     int code = aomc_sky_particles(&stream, sources, n_sources, 0, INT64_MAX);
+ *     while (code >= 0 && (code = aomc_sky_next(&stream, &p)) > 0) follow(&p);
+ *
  * Directions are unit vectors of travel, z up: uz <= 0. Link with -lm. Copy this one file, and keep its name, because
  * it includes itself: once for float32, once for float64. `fill` is fast with -O2 -march=native.
  *
@@ -139,7 +146,8 @@ enum {
     AOMC_SKY_OTHER = -13,      /* a source of the other precision */
     AOMC_SKY_RANGE = -14,      /* start or n is negative */
     AOMC_SKY_TRIALS = -15,     /* photons are refused again and again: the file is not one of ours */
-    AOMC_SKY_WEIGHTS = -16     /* photons have weights: aomc_sky_weighted_band opens the band */
+    AOMC_SKY_WEIGHTS = -16,    /* photons have weights: aomc_sky_weighted_band opens the band */
+    AOMC_SKY_UNITS = -17       /* of the bands of a stream some have an irradiance and others have none */
 };
 
 typedef struct aomc_sky_file {
@@ -198,6 +206,36 @@ typedef struct aomc_sky_photon_double {
     double ux, uy, uz;
     int32_t patch;
 } aomc_sky_photon_double;
+
+/* A photon of a stream. `weight` is its light: its weight times `photon_light` of its band. */
+typedef struct aomc_sky_particle {
+    double ux, uy, uz;
+    double weight; /* [W m-2 nm-1], or the weight alone where light is relative */
+    double x, y;   /* position [m] */
+    int64_t index; /* of the photon in its band */
+    int32_t band;  /* number of its source in those of the stream */
+    int32_t patch, component, reserve;
+} aomc_sky_particle;
+
+enum { AOMC_SKY_BUFFER = 256 };
+
+/* Where a stream is. It has memory of its own, so each thread has one. */
+typedef struct aomc_sky_stream {
+    int64_t n;  /* particles of the whole stream */
+    int64_t at; /* place of the next one in it */
+    int64_t to; /* where this stream ends */
+    /* what follows is ours */
+    const aomc_sky_source *sources;
+    int64_t n_segment, segment, index, end; /* index of the next photon that is made, and the end in its segment */
+    double light;
+    int32_t n_source, band, precision, next, made, has_positions, is_weighted, reserve;
+    uint64_t reserves[3];
+    int32_t patch[AOMC_SKY_BUFFER], component[AOMC_SKY_BUFFER];
+    union {
+        float f32[6][AOMC_SKY_BUFFER];
+        double f64[6][AOMC_SKY_BUFFER];
+    } column; /* ux, uy, uz, weight, x, y */
+} aomc_sky_stream;
 
 /* Laws by which cells start: those of `direction`, and the first and the last one of lobes. */
 enum { AOMC_SKY_CELL_MU2, AOMC_SKY_CELL_MU, AOMC_SKY_BEAM, AOMC_SKY_DISC, AOMC_SKY_DISC_AT_HORIZON };
@@ -1059,6 +1097,139 @@ AOMC_SKY_API int64_t aomc_sky_positions_double(
     return n;
 }
 
+/* ---- a stream of particles: segment s of S has photons [floor(n s / S), floor(n (s + 1) / S)) of every band, one band
+ * after the other ---- */
+
+/* floor(n s / S); S is at most 2^31, so that no product overflows */
+SKY_FORMULA int64_t aomc_sky_share(int64_t n, int64_t segment, int64_t n_segment) {
+    return n / n_segment * segment + n % n_segment * segment / n_segment;
+}
+
+/* particles before a segment */
+SKY_HOST int64_t aomc_sky_before_segment(const aomc_sky_stream *t, int64_t segment) {
+    int64_t before = 0;
+    int32_t k;
+    for (k = 0; k < t->n_source; k++) before += aomc_sky_share(t->sources[k].n, segment, t->n_segment);
+    return before;
+}
+
+/* the photons of the stream's band and segment */
+SKY_FN void aomc_sky_enter(aomc_sky_stream *t) {
+    int64_t n = t->sources[t->band].n;
+    t->index = aomc_sky_share(n, t->segment, t->n_segment);
+    t->end = aomc_sky_share(n, t->segment + 1, t->n_segment);
+}
+
+/* Begin a stream over the photons of all sources, bands of one file or of several, from place `from` to before `to`, or
+ * to its end. `stream->n` is then the number of particles of the whole stream. Threads and ranks take ranges that follow
+ * each other. Returns 0 or a code. The sources must stay where they are. */
+AOMC_SKY_HOST_API int aomc_sky_particles(
+    aomc_sky_stream *stream, const aomc_sky_source *sources, int32_t n_sources, int64_t from, int64_t to) {
+    int64_t n = 0, low = 0, high, middle;
+    int32_t k, n_lit = 0;
+    if (!stream) return AOMC_SKY_NULL;
+    memset(stream, 0, sizeof *stream);
+    if (!sources) return AOMC_SKY_NULL;
+    if (n_sources < 1) return AOMC_SKY_NO_BAND;
+    if (from < 0 || to < from) return AOMC_SKY_RANGE;
+    for (k = 0; k < n_sources; k++) {
+        const aomc_sky_source *s = sources + k;
+        int is_absolute = s->irradiance_W_m2_nm == s->irradiance_W_m2_nm;
+        int is_first_absolute = sources->irradiance_W_m2_nm == sources->irradiance_W_m2_nm;
+        if (s->precision != sources->precision || (s->precision != 4 && s->precision != 8)) return AOMC_SKY_OTHER;
+        if (is_absolute != is_first_absolute) return AOMC_SKY_UNITS;
+        if (s->n > INT64_MAX - n) return AOMC_SKY_RANGE;
+        n += s->n, n_lit += s->n > 0;
+    }
+    stream->n = n, stream->sources = sources, stream->n_source = n_sources, stream->precision = sources->precision;
+    stream->to = to < n ? to : n;
+    stream->at = from < n ? from : n;
+    if (stream->at == stream->to) return 0;
+    high = (n - 1) / ((int64_t)2048 * n_lit) + 1;
+    stream->n_segment = high = high < INT64_C(1) << 31 ? high : INT64_C(1) << 31;
+    while (high - low > 1) { /* the last segment that does not begin behind `from` */
+        middle = (low + high) / 2;
+        if (aomc_sky_before_segment(stream, middle) <= from) low = middle;
+        else high = middle;
+    }
+    stream->segment = low;
+    from -= aomc_sky_before_segment(stream, low);
+    for (aomc_sky_enter(stream); from >= stream->end - stream->index; aomc_sky_enter(stream)) {
+        from -= stream->end - stream->index;
+        stream->band++;
+    }
+    stream->index += from;
+    return 0;
+}
+
+/* Make the next photons of a stream that is not at its end: 1, or a code. */
+SKY_APART int aomc_sky_make_particles(aomc_sky_stream *t) {
+    const aomc_sky_source *s;
+    int64_t left = t->to - t->at, n, made;
+    int32_t *patch = t->patch, *component = t->component, c, k;
+    for (; t->index == t->end; aomc_sky_enter(t))
+        if (++t->band == t->n_source) t->band = 0, t->segment++;
+    s = t->sources + t->band;
+    n = t->end - t->index;
+    n = n < left ? n : left;
+    n = n < (int64_t)AOMC_SKY_BUFFER ? n : (int64_t)AOMC_SKY_BUFFER;
+    t->is_weighted = s->weights != NULL, t->light = s->photon_light, t->has_positions = s->footprint != AOMC_SKY_POINT;
+    if (t->precision == 4) {
+        float(*f)[AOMC_SKY_BUFFER] = t->column.f32;
+        made = aomc_sky_range_f32(s, (uint64_t)t->index, (uint64_t)n, f[0], f[1], f[2], NULL, patch,
+            t->is_weighted ? f[3] : NULL);
+        if (t->has_positions) aomc_sky_position_range_f32(s, (uint64_t)t->index, (uint64_t)n, f[4], f[5]);
+    } else {
+        double(*f)[AOMC_SKY_BUFFER] = t->column.f64;
+        made = aomc_sky_range_f64(s, (uint64_t)t->index, (uint64_t)n, f[0], f[1], f[2], NULL, patch,
+            t->is_weighted ? f[3] : NULL);
+        if (t->has_positions) aomc_sky_position_range_f64(s, (uint64_t)t->index, (uint64_t)n, f[4], f[5]);
+    }
+    if (made < 0) return (int)made;
+    for (k = 0; k < (int32_t)n; k++) component[k] = s->n_component ? 0 : -1;
+    for (c = 0; c + 1 < (int64_t)s->n_component; c++) {
+        int32_t end = s->component_ends[c];
+        for (k = 0; k < (int32_t)n; k++) component[k] += patch[k] >= end;
+    }
+    t->index += n, t->made = (int32_t)n, t->next = 0;
+    return 1;
+}
+
+/* The next particle of a stream: 1; 0 at its end, where the particle is left as it is; or a code. */
+AOMC_SKY_HOST_API int aomc_sky_next(aomc_sky_stream *stream, aomc_sky_particle *particle) {
+    int32_t k;
+    if (!stream || !particle) return AOMC_SKY_NULL;
+    if (stream->next == stream->made) {
+        int code = stream->at < stream->to ? aomc_sky_make_particles(stream) : 0;
+        if (code <= 0) return code;
+    }
+    k = stream->next++;
+    stream->at++;
+    if (stream->precision == 4) {
+        const float *f = &stream->column.f32[0][k];
+        particle->ux = (double)f[0];
+        particle->uy = (double)f[AOMC_SKY_BUFFER];
+        particle->uz = (double)f[2 * AOMC_SKY_BUFFER];
+        particle->weight = stream->is_weighted ? (double)f[3 * AOMC_SKY_BUFFER] * stream->light : stream->light;
+        particle->x = stream->has_positions ? (double)f[4 * AOMC_SKY_BUFFER] : 0.0;
+        particle->y = stream->has_positions ? (double)f[5 * AOMC_SKY_BUFFER] : 0.0;
+    } else {
+        const double *f = &stream->column.f64[0][k];
+        particle->ux = f[0];
+        particle->uy = f[AOMC_SKY_BUFFER];
+        particle->uz = f[2 * AOMC_SKY_BUFFER];
+        particle->weight = stream->is_weighted ? f[3 * AOMC_SKY_BUFFER] * stream->light : stream->light;
+        particle->x = stream->has_positions ? f[4 * AOMC_SKY_BUFFER] : 0.0;
+        particle->y = stream->has_positions ? f[5 * AOMC_SKY_BUFFER] : 0.0;
+    }
+    particle->index = stream->index - stream->made + k;
+    particle->band = stream->band;
+    particle->patch = stream->patch[k];
+    particle->component = stream->component[k];
+    particle->reserve = 0;
+    return 1;
+}
+
 /* Whether sums are rounded to nearest: a thread may round another way, and then its photons have other bits. */
 SKY_FN int aomc_sky_is_nearest(void) {
     volatile double one = 1.0, half = 1.1102230246251565e-16; /* half of the last digit of 1 */
@@ -1511,6 +1682,7 @@ AOMC_SKY_HOST_API const char *aomc_sky_message(int64_t code) {
     case AOMC_SKY_WEIGHTS:
         return "the photons have weights: open the band with aomc_sky_weighted_band, and count each photon with its "
                "weight";
+    case AOMC_SKY_UNITS: return "some of the sources have an irradiance and others have none: they have no common light";
     default: return code >= 0 ? "no error" : "an unknown code";
     }
 }
