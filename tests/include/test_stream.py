@@ -288,3 +288,21 @@ def test_fortran(precision, tmp_path):
     floats, whole = by_python(source)
     assert same_bits(numbers[:6], floats[:, 100:])
     assert same_bits(numbers[6:], whole[:, 100:].astype(float))
+
+
+def test_the_compiler_of_a_gpu_takes_positions_there_and_streams_on_its_host(tmp_path):
+    if shutil.which("nvcc") is None:
+        pytest.skip("nvcc not installed")
+    (tmp_path / "use.cu").write_text(
+        '#include "aomc_sky.h"\n'
+        "__global__ void one(aomc_sky_source s, float *xy) { aomc_sky_position(&s, threadIdx.x, xy); }\n"
+        "int main() { aomc_sky_source s = {}; static aomc_sky_stream t; aomc_sky_particle p;\n"
+        "return aomc_sky_particles(&t, &s, 1, 0, 1) == 0 && aomc_sky_next(&t, &p); }\n"
+    )
+    folder = f"-I{include_dir()}"
+    run(["nvcc", "-fmad=false", "-Werror", "all-warnings", folder, "-ptx", "-o", "use.ptx", "use.cu"], tmp_path)
+    text = (tmp_path / "use.ptx").read_text()
+    assert ".entry" in text
+    assert "fma." not in text
+    run(["nvcc", "-fmad=false", folder, "-o", "use", "use.cu"], tmp_path)
+    run(["./use"], tmp_path)

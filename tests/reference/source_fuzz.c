@@ -46,6 +46,25 @@ static void damage(unsigned char *bytes, uint64_t size)
     }
 }
 
+/* Particles of all bands, from any place. */
+static double use_stream(const aomc_sky_file *file)
+{
+    static aomc_sky_source sources[8];
+    static aomc_sky_stream stream;
+    aomc_sky_particle p;
+    double sum = 0;
+    int64_t from;
+    int32_t band;
+    if (file->n_bands > 8) return 0;
+    for (band = 0; band < file->n_bands; band++)
+        if (aomc_sky_weighted_band(file, band, sources + band) != 0) return 0;
+    if (aomc_sky_particles(&stream, sources, file->n_bands, 0, INT64_MAX) != 0 || stream.n == 0) return 0;
+    from = (int64_t)draw((uint64_t)stream.n);
+    if (aomc_sky_particles(&stream, sources, file->n_bands, from, stream.n - from > 700 ? from + 700 : stream.n)) return 0;
+    while (aomc_sky_next(&stream, &p) > 0) sum += p.ux + p.weight + p.x + p.y + (double)(p.component + p.patch + p.index);
+    return sum;
+}
+
 static void use(const aomc_sky_file *file)
 {
     static float x[3][700];
@@ -62,10 +81,12 @@ static void use(const aomc_sky_file *file)
             aomc_sky_fill(&source, start, 700, x[0], x[1], x[2]);
             n = aomc_sky_fill_weighted(&source, start, 700, x[0], x[1], x[2], patch, weight);
             aomc_sky_numbers(&source, start, 700, x[0], NULL, x[2]);
+            aomc_sky_positions(&source, start, 700, x[0], x[1]);
         } else {
             aomc_sky_fill_double(&source, start, 700, y[0], y[1], y[2]);
             n = aomc_sky_fill_weighted_double(&source, start, 700, y[0], y[1], y[2], patch, weight_double);
             aomc_sky_numbers_double(&source, start, 700, y[0], NULL, y[2]);
+            aomc_sky_positions_double(&source, start, 700, y[0], y[1]);
         }
         for (k = 0; k < n; k++) sum += aomc_sky_weight(&source, patch[k]) + aomc_sky_component(&source, patch[k]);
         for (k = 0; k < 20; k++) {
@@ -73,6 +94,7 @@ static void use(const aomc_sky_file *file)
             sum += file->precision == 4 ? (double)aomc_sky_at(&source, i).ux : aomc_sky_at_double(&source, i).ux;
         }
     }
+    sum += use_stream(file);
 }
 
 int main(int count, char **arguments)
