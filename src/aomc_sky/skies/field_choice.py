@@ -75,8 +75,8 @@ def choose(field: Any, stated: Stated) -> Chosen:
         field = field.to_dataset(name=RADIANCE if field.name in (None, *field.coords) else field.name)
     if stated.decimal is not None:
         raise FieldError("decimal is for a table of text", "leave it out", "decimal")
-    for dim in [dim for dim, index in field.indexes.items() if index.nlevels > 1]:  # stacked directions
-        field = field.reset_index(dim)
+    for dim in [dim for dim in field.dims if dim in field.indexes and field.indexes[dim].nlevels > 1]:
+        field = field.reset_index(dim)  # stacked directions; `indexes` has their levels, too
     whole = _at_indices(field, dict(stated.isel))
     entries = _stokes_entries(whole, stated)
     name, *stokes = _names(whole if entries is None else entries[0], stated)
