@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import SceneError, unmasked
+from aomc_sky.errors import SceneError, UsageError, floats, shown_value, unmasked
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content
 
@@ -183,11 +183,13 @@ class Component:
         return f"<Component {self.name!r}: {self.law.name}, {self.n_cells} cell{'s' * (self.n_cells != 1)}{rows}>"
 
     def __post_init__(self) -> None:
+        if self.law not in tuple(Law):
+            raise UsageError(f"{shown_value(self.law)} is not a valid Law", "write sky.Law.CELL_MU2")
         object.__setattr__(self, "law", Law(self.law))
         names = ("strength", "mass", "cell", "weight", "shared", "bounds", "slope", "stokes", "irradiance_W_m2_nm")
         for name, value in zip(names, unmasked("a component", [getattr(self, name) for name in names]), strict=True):
             if value is not None:
-                array = np.ascontiguousarray(value, dtype=np.float64)
+                array = np.ascontiguousarray(floats(name, value))
                 array.flags.writeable = False
                 object.__setattr__(self, name, array)
         n_wl, n_cell = self.mass.shape

@@ -306,6 +306,12 @@ def require_kind(value: object, kind: type, advice: str) -> None:
         raise UsageError(f"expected a {kind.__name__}, got {type(value).__name__}", f"write {advice}")
 
 
+def require_switch(value: object, name: str) -> None:
+    """UsageError unless a value is True or False: any text is true to Python."""
+    if type(value).__name__ not in ("bool", "bool_"):
+        raise UsageError(f"{name} is True or False, got {shown_value(value)}")
+
+
 def require_one_of(allowed: Iterable[str], value: object, name: str) -> None:
     """Raise a UsageError unless a value is one of some words."""
     words = list(allowed)

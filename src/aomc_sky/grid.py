@@ -7,7 +7,7 @@ from dataclasses import InitVar, dataclass
 import numpy as np
 
 from aomc_sky.directions import EDGE_DEG, given_angle, in_both_units, sin_cos_deg
-from aomc_sky.errors import SceneError, floats
+from aomc_sky.errors import SceneError, UsageError, floats, shown_value
 from aomc_sky.record import same_content
 from aomc_sky.whole_number import as_index
 
@@ -54,11 +54,11 @@ class PatchGrid:
         for name, twin in (("zenith_bounds_deg", zenith_bounds_rad), ("azimuth_bounds_deg", azimuth_bounds_rad)):
             object.__setattr__(self, name, given_angle(name, getattr(self, name), twin))
         for name in ("zenith_bounds_deg", "azimuth_bounds_deg"):
-            bounds = np.array(getattr(self, name), dtype=np.float64)
+            bounds = np.array(floats(name, getattr(self, name)))
             if bounds.ndim != 2 or bounds.shape[1] != 2 or bounds.shape[0] == 0:
-                raise ValueError(f"{name} must have shape (n, 2) with n >= 1, got {bounds.shape}")
+                raise SceneError(f"{name} must have shape (n, 2) with n >= 1, got {bounds.shape}")
             if not np.all(np.isfinite(bounds)) or np.any(bounds[:, 1] < bounds[:, 0]):
-                raise ValueError(f"{name} must be finite with every start <= end")
+                raise SceneError(f"{name} must be finite with every start <= end")
             has_extent = bool(np.any(bounds[:, 1] > bounds[:, 0]))  # points of a lattice may be anywhere
             if has_extent and np.any(bounds[1:, 0] < bounds[:-1, 1] - EDGE_DEG):
                 k = int(np.argmax(bounds[1:, 0] < bounds[:-1, 1] - EDGE_DEG))
@@ -69,7 +69,7 @@ class PatchGrid:
             bounds.flags.writeable = False
             object.__setattr__(self, name, bounds)
         if self.zenith_bounds_deg.min() < 0 or self.zenith_bounds_deg.max() > 90:
-            raise ValueError("zenith bounds must lie within 0 to 90 degrees")
+            raise SceneError("zenith bounds must lie within 0 to 90 degrees")
 
     __eq__ = same_content
 
@@ -98,7 +98,7 @@ class PatchGrid:
         """
         n_zenith, n_azimuth = as_index(n_zenith, "n_zenith"), as_index(n_azimuth, "n_azimuth")
         if n_zenith < 1 or n_azimuth < 1:
-            raise ValueError(f"a grid needs at least one ring and one column, got {n_zenith} x {n_azimuth}")
+            raise SceneError(f"a grid needs at least one ring and one column, got {n_zenith} x {n_azimuth}")
         if n_zenith * n_azimuth > MAX_PATCHES:
             raise SceneError(f"a grid has at most 2^27 = {MAX_PATCHES} patches, got {n_zenith} x {n_azimuth}")
         zenith = np.arange(n_zenith + 1) * 90.0 / n_zenith
@@ -217,7 +217,12 @@ class PatchGrid:
         zenith_index_1based, azimuth_index : ndarray, int64
             As they stand in skydist.inp.
         """
-        ring, column = np.divmod(np.asarray(patch, dtype=np.int64), self.n_azimuth)
+        given = np.asarray(patch)
+        if given.dtype.kind not in "iu" and given.size:
+            raise UsageError(f"patch must be whole numbers, got {shown_value(patch)}")
+        if given.size and not (given.min() >= 0 and given.max() < self.n_patches):
+            raise IndexError(f"patches run from 0 to {self.n_patches - 1}, got {given.min()} to {given.max()}")
+        ring, column = np.divmod(given.astype(np.int64), self.n_azimuth)
         return ring + 1, column + self.azimuth_first_index
 
     def patch_of(self, sky_zenith_deg: np.ndarray, sky_azimuth_deg: np.ndarray) -> np.ndarray:

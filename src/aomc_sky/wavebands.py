@@ -13,6 +13,8 @@ from aomc_sky.options import in_nm
 from aomc_sky.record import same_content
 from aomc_sky.whole_number import as_index
 
+MAX_NM = 1e9  #: A metre: light of longer waves has no sky here.
+
 
 @dataclass(eq=False, frozen=True, slots=True)
 class Wavebands:
@@ -21,7 +23,7 @@ class Wavebands:
     Parameters
     ----------
     wavelength_nm : array_like, float64, shape (n_band,)
-        Wavelength of each band. [nm, >= 0]
+        Wavelength of each band. [nm, 0 to 1e9]
     bottom_reflectance, bottom_specular_fraction : array_like, float64, shape (n_band,), or None
         Reflectance of the bottom and its specular share. [0 to 1]
     target_reflectance, target_specular_fraction : array_like, float64, shape (n_band,), or None
@@ -61,6 +63,8 @@ class Wavebands:
                 raise SceneError(f"{field.name} must hold one number for each waveband, got shape {numbers.shape}")
             if not np.all(np.isfinite(numbers) & (numbers >= 0)):
                 raise SceneError(f"{field.name} must be finite and not negative, got {value!r}")
+            if field.name == "wavelength_nm" and numbers.max() > MAX_NM:
+                raise SceneError(f"wavelength_nm is at most {MAX_NM:g} nm, got {numbers.max():g}", "write nanometres")
             numbers.flags.writeable = False
             object.__setattr__(self, field.name, numbers)
 
@@ -95,7 +99,7 @@ def nearest_wavelength_index(wavelength_nm: ArrayLike, table_wavelength_nm: Arra
     The order of the table does not matter; of equal table wavelengths the first is taken.
     """
     table = np.asarray(table_wavelength_nm, dtype=np.float64)
-    bands = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    bands = np.atleast_1d(floats("wavelength_nm", wavelength_nm))
     order = np.lexsort((np.arange(table.size), table))
     ordered = table[order]
     right = np.searchsorted(ordered, bands, side="left").clip(0, table.size - 1)
@@ -112,7 +116,7 @@ def midpoint_wavelength_index(wavelength_nm: ArrayLike, table_wavelength_nm: Arr
     The first j with band < (w[j] + w[j+1]) / 2 in 32-bit floats, else the last one.
     """
     table = np.asarray(table_wavelength_nm, dtype=np.float32)
-    bands = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float32))
+    bands = np.atleast_1d(floats("wavelength_nm", wavelength_nm).astype(np.float32))
     if table.size == 1:
         return np.zeros(bands.size, dtype=np.intp)
     middle = (table[:-1] + table[1:]) / np.float32(2)

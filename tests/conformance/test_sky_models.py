@@ -176,7 +176,7 @@ def test_components_are_checked():
     sky.Component(**good)
     shapes = {"mass": [[1.0, 2.0]], "cell": np.zeros((1, 5)), "strength": [[1.0]]}
     numbers = {"mass": [[-1.0]], "strength": [np.nan]}
-    with pytest.raises(ValueError, match="is not a valid Law"):
+    with pytest.raises(sky.UsageError, match="is not a valid Law"):
         sky.Component(**{**good, "law": max(sky.Law) + 1})
     for changes, error, words in ((shapes, ValueError, "do not fit"), (numbers, sky.SceneError, "finite")):
         for name, value in changes.items():

@@ -145,7 +145,7 @@ def test_masses_that_were_divided_by_their_sum(n, method):
     ],
 )
 def test_invalid_input(counts, mass, words):
-    with pytest.raises(ValueError, match=words):
+    with pytest.raises(sky.UsageError, match=words):
         sky.verify_counts(counts, mass)
     with pytest.raises(sky.UsageError, match="systematic"):
         sky.verify_counts([1], [1.0], method="fair")

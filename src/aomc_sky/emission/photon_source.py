@@ -16,7 +16,7 @@ from aomc_sky.component import Component, Law
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments, moments_of_rows
 from aomc_sky.emission.photons import MAX_NUMBERS, Arrays, Photon, PhotonBatch, batch_arrays
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import UsageError, require_kind
 from aomc_sky.float_mode import in_default_mode, require_default
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.backend import announce_photons
@@ -58,6 +58,7 @@ class PhotonSource:
     """
 
     def __init__(self, plan: Plan) -> None:
+        require_kind(plan, Plan, "sky.PhotonSource(sky.Plan.load('plan.npz'))")
         self.plan = plan
         self._n_bands = plan.n_bands
         self._emitter = Emitter(plan)
@@ -291,7 +292,8 @@ class PhotonSource:
 
     def cell_moments(self, band: int) -> tuple[np.ndarray, np.ndarray]:
         """Mean of mu and of 1 / mu over each cell of a band, (n_cell,) each; see `emission.irradiance.cell_moments`."""
-        return cell_moments(self.components_of(band)) if self.bands_differ_inside_cells else self._cell_moments
+        components = self.components_of(band)
+        return cell_moments(components) if self.bands_differ_inside_cells else self._cell_moments
 
     @cached_property
     def _cell_moments(self) -> tuple[np.ndarray, np.ndarray]:

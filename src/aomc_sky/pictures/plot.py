@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.directions import AzimuthConvention, given_angle, to_enu_azimuth_deg
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.errors import AomcSkyError, UsageError, floats, member_of, number, shown_value
+from aomc_sky.errors import AomcSkyError, UsageError, floats, member_of, number, require_kind, shown_value
 from aomc_sky.formats.aomc.amc import read_amc
 from aomc_sky.formats.azimuth import AzimuthWord, given_convention
 from aomc_sky.formats.hdf5_storage import require_size
@@ -229,6 +229,7 @@ def _picture_of_values(
         if grid is None and values.ndim != 2:
             raise UsageError(f"an array without a grid needs the shape (n_zenith, n_azimuth), got {values.shape}")
         grid = PatchGrid.regular(*values.shape) if grid is None else grid
+        require_kind(grid, PatchGrid, "grid=sky.PatchGrid.regular(45, 180)")
     if not np.all(np.isfinite(values)) or np.any(values < 0):
         raise UsageError("only values that are finite and not negative can be drawn")
     marks = () if sun is None else (sun,)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal, TypedDict
 
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import SceneError, UsageError, member_of
+from aomc_sky.errors import SceneError, UsageError, member_of, require_switch
 from aomc_sky.plan.allocation import AllocationMethod, AllocationWord
 from aomc_sky.whole_number import as_index_within
 
@@ -124,6 +124,7 @@ def resolve_options(
             if value is not getattr(preset, name):
                 expected = getattr(preset, name).value
                 raise UsageError(f"{preset_name} means {name} {expected!r}, which contradicts {value.value!r}")
+    require_switch(weights, "weights")
     n_replicates = as_index_within(replicates, "replicates", 1, MAX_REPLICATES)
     if n_replicates > 1 and chosen.get("allocation", preset.allocation) is AllocationMethod.AOMC:
         raise UsageError("allocation 'aomc' has no randomness, so replicates cannot show its error")

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.component import Component, Law
-from aomc_sky.errors import AomcSkyError, InputFileError, OutputError
+from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, require_kind
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
@@ -28,6 +28,7 @@ from aomc_sky.plan.allocation import PlanBand
 from aomc_sky.plan.check import check_members, check_plan, check_stream, refused
 from aomc_sky.plan.streams import STREAM_VERSION, photon_keys
 from aomc_sky.system import FileKindError, open_regular
+from aomc_sky.whole_number import as_index
 
 OTHER_PROCESSOR = 1e-12
 """Largest relative difference of numbers that another processor computes; whole numbers must be equal."""
@@ -101,6 +102,7 @@ class Plan:
 
     def agrees(self, other: Plan) -> bool:
         """Whether it is the same run made on another processor: whole numbers are equal, others within 1e-12."""
+        require_kind(other, Plan, "plan.agrees(sky.Plan.load('plan.npz'))")
         one, two = self.members(), other.members()
         if self.options != other.options or one.keys() != two.keys():
             return False
@@ -148,15 +150,23 @@ class Plan:
         """Names of the components in the order of their cells."""
         return tuple(component.name for component in self.components)
 
+    def row_of(self, band: int) -> int:
+        """Row of the components that serves a band; IndexError where it does not exist."""
+        band = as_index(band, "band")
+        if not 0 <= band < self.n_bands:
+            raise IndexError(f"band {band} does not exist; bands run from 0 to {self.n_bands - 1}")
+        return self.bands[band].row
+
     def mass(self, band: int) -> np.ndarray:
         """Share of the light of each cell in a band, float64 (n_cell,), sum 1; 0 without light."""
-        parts = [component.mass[self.bands[band].row] for component in self.components]
+        row = self.row_of(band)
+        parts = [component.mass[row] for component in self.components]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def launch(self, band: int) -> np.ndarray:
         """Share of the photons of each cell in a band, float64 (n_cell,), sum 1; that of the light without a bias."""
         mass = self.mass(band)
-        return mass if self.bias is None else mass * self.bias[self.bands[band].row]
+        return mass if self.bias is None else mass * self.bias[self.row_of(band)]
 
     def masses(self, bands: Iterable[int]) -> list[np.ndarray]:
         """The `mass` of several bands."""
@@ -164,9 +174,10 @@ class Plan:
 
     def stokes(self, band: int) -> np.ndarray | None:
         """Q/I and U/I of each cell in a band, float64 (n_cell, 2), 0 for unpolarised ones; None where all are."""
+        row = self.row_of(band)
         if all(component.stokes is None for component in self.components):
             return None
-        rows = [component.of_row(self.bands[band].row) for component in self.components]
+        rows = [component.of_row(row) for component in self.components]
         return np.concatenate([np.zeros((row.n_cells, 2)) if row.stokes is None else row.stokes[0] for row in rows])
 
     def members(self) -> dict[str, np.ndarray]:
@@ -222,7 +233,7 @@ class Plan:
     @in_default_mode
     def load(cls, path: str | Path) -> Plan:
         """Read a plan that `save` wrote; InputFileError (E951 to E955) if it is missing, damaged, or not a plan."""
-        members, options = read_npz(path)
+        members, options = read_npz(os.fspath(path))
         try:
             return from_members(members, options)
         except InputFileError as error:

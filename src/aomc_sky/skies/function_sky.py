@@ -139,6 +139,8 @@ class FunctionSky(Share):
 
     def notes(self, wavelength_nm: ArrayLike) -> tuple[str, ...]:
         """Notes of a scene of this sky: the smallest sure spot, and how far the law is from the function."""
+        if not np.size(wavelength_nm):
+            return ()
         variation, error = self.variation(wavelength_nm).max(), self.quadrature_error(wavelength_nm).max()
         grid = self.patches
         text = f"sky {self.name!r}: a spot of light less than {self.sure_spot_deg:.2g} degrees wide may be missed"

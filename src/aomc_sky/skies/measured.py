@@ -21,7 +21,7 @@ from aomc_sky.directions import (
     travel_from_sky,
     within_sky_deg,
 )
-from aomc_sky.errors import InputWarning, SceneError, floats, member_of
+from aomc_sky.errors import InputWarning, SceneError, floats, member_of, require_kind
 from aomc_sky.formats.quote import SAYS, UNUSED
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
@@ -138,6 +138,8 @@ class RadianceField(Share):
     def __post_init__(self) -> None:
         check_share(self)
         object.__setattr__(self, "convention", member_of(AzimuthConvention, self.convention, "convention"))
+        for array in (self.wavelength_nm, *self.direction, *self.values):
+            require_kind(array, np.ndarray, "sky.RadianceField.from_points(zenith, azimuth, radiance)")
         for nm, direction, values in zip(self.wavelength_nm, self.direction, self.values, strict=True):
             if len(values) < 3:
                 raise SceneError(

@@ -20,6 +20,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.model import Share, broadcast, check_share, has_share, with_share
 from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
+from aomc_sky.whole_number import as_index
 
 _PI = np.float32(3.14159265)
 _RING = np.float32(0.01745329)
@@ -351,7 +352,7 @@ class TabulatedSky(Share):
 
     def notes(self, wavelength_nm: ArrayLike) -> tuple[str, ...]:
         """Notes of a scene of this table: `remarks`, and how far wavebands are from the wavelengths they take."""
-        bands, known = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)), self.wavelength_nm
+        bands, known = np.atleast_1d(floats("wavelength_nm", wavelength_nm)), self.wavelength_nm
         taken = known[self.table_index(bands)]
         away = np.where((bands >= known.min()) & (bands <= known.max()), np.abs(bands - taken), 0.0)
         if not np.any(away > _FAR_NM):
@@ -365,7 +366,7 @@ class TabulatedSky(Share):
 
     def mass(self, row: int) -> np.ndarray:
         """Masses of one set of the table under its weighting, shape (n_patch,), any scale."""
-        values = self.values[row]
+        values = self.values[as_index(row, "row")]
         if self.weighting is Weighting.LISTED:
             return values
         if self.weighting is Weighting.AOMC:
@@ -402,7 +403,7 @@ class TabulatedSky(Share):
 
     def warn_of_distance(self, wavelength_nm: ArrayLike, rows: np.ndarray, path: str = "") -> None:
         """Warn of wavebands outside the table's wavelengths (E310); `rows` serve them, `path` is the table's file."""
-        bands, known = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)), self.wavelength_nm
+        bands, known = np.atleast_1d(floats("wavelength_nm", wavelength_nm)), self.wavelength_nm
         outside = (bands < known.min() - _ROUNDED_NM) | (bands > known.max() + _ROUNDED_NM)
         if not outside.any() or not self.has_wavelength:
             return
@@ -420,7 +421,10 @@ class TabulatedSky(Share):
 
     def lower_rows(self, rows: np.ndarray) -> tuple[Component, ...]:
         """As `lower`, a row of masses for each of these sets of the table."""
-        mass = np.stack([self.mass(int(row)) for row in rows])
+        sets = np.atleast_1d(rows)
+        if not sets.size:
+            raise UsageError("a sky is wanted at no wavelength")
+        mass = np.stack([self.mass(row) for row in sets])
         law = Law.CELL_MU2 if self.slope is None else Law.CELL_SLOPED
         law = Law.CELL_MU if self.weighting is Weighting.SOLID_ANGLE else law
         stokes = None

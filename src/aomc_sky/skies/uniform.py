@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.errors import require_switch
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.model import Share, broadcast, with_share
+from aomc_sky.skies.model import Share, broadcast, check_share, with_share
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -35,6 +36,10 @@ class UniformSky(Share):
     """
 
     per_solid_angle: bool = False
+
+    def __post_init__(self) -> None:
+        check_share(self)
+        require_switch(self.per_solid_angle, "per_solid_angle")
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Relative radiance: 1 everywhere, 0 below the horizon."""

@@ -19,7 +19,7 @@ import aomc_sky
 from aomc_sky.component import Component
 from aomc_sky.directions import given_angle
 from aomc_sky.emission.irradiance import Irradiance
-from aomc_sky.errors import InputWarning, SceneError, UsageError, unmasked
+from aomc_sky.errors import InputWarning, SceneError, UsageError, require_kind, unmasked
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.report import beyond_memory
 from aomc_sky.plan.allocation import (
@@ -51,7 +51,7 @@ from aomc_sky.skies.model import has_share
 from aomc_sky.source.importance import importance_of
 from aomc_sky.source.masses import aomc_cumulative, plan_components, refuse_bias
 from aomc_sky.wavebands import Wavebands, as_wavebands
-from aomc_sky.whole_number import as_index
+from aomc_sky.whole_number import as_index, as_number_of
 
 if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
@@ -177,6 +177,7 @@ class Scene:
 
     @in_default_mode
     def __post_init__(self) -> None:
+        self._require_kinds()
         object.__setattr__(self, "wavebands", as_wavebands(self.wavebands))
         n_bands = self.wavebands.n_bands
         of_models = self._lower_components()
@@ -226,6 +227,20 @@ class Scene:
             raise SceneError(f"irradiance must have one entry for each of {n_bands} bands and {expected[1]} components")
         if self.irradiance is not None:
             _warn_of_too_much_light(self.wavebands.wavelength_nm, self.irradiance.of_component.sum(axis=1))
+
+    def _require_kinds(self) -> None:
+        """UsageError for what no later step looks at, or looks at too late."""
+        require_kind(self.footprint, Footprint, "footprint=sky.Footprint.circle(10.0)")
+        require_kind(self.preset, SamplingOptions, "no preset=, and the choices to source()")
+        require_kind(self.notes, tuple, "notes=('a line',)")
+        for name, given in (("notes", self.notes), ("preset_name", (self.preset_name or "",))):
+            if not all(isinstance(line, str) for line in given):
+                raise UsageError(f"{name} must be text, got {given!r}")
+        for name in ("input_files", "options"):
+            require_kind(getattr(self, name), Mapping, f"{name}={{}}")
+        _require_mapping(self.bias, "bias")
+        if self.irradiance is not None:
+            require_kind(self.irradiance, Irradiance, "the components irradiance_W_m2_nm=")
 
     def _lower_components(self) -> np.ndarray:
         """Replace models and functions by their components, and append their notes.
@@ -390,10 +405,18 @@ class Scene:
             replicates=replicates,
         )
         for name, given in (("bias", bias), ("importance", importance)):
-            if given is not None and not isinstance(given, Mapping):
-                raise UsageError(f"{name} is a mapping of names of components, got {given!r}", "write {'direct': 0.2}")
+            if given is not None:
+                _require_mapping(given, name)
+        if max_memory_bytes is not None:
+            max_memory_bytes = as_number_of(max_memory_bytes, "max_memory_bytes", 0, 2**63 - 1)
         shared = (self.bias if bias is None else bias, importance)
         return PhotonSource(build_plan(self, checked_seed(seed), options, max_memory_bytes, *shared))
+
+
+def _require_mapping(given: object, name: str) -> None:
+    """UsageError unless shares or weights of components are a mapping."""
+    if not isinstance(given, Mapping):
+        raise UsageError(f"{name} is a mapping of names of components, got {given!r}", "write {'direct': 0.2}")
 
 
 def _warn_of_too_much_light(wavelength_nm: np.ndarray, irradiance: np.ndarray) -> None:

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import floats, member_of, require_one_of, unmasked
+from aomc_sky.errors import UsageError, floats, member_of, require_one_of, unmasked
 from aomc_sky.kernels.arithmetic.error_free import FIXED_POINT_BITS
 from aomc_sky.plan.allocation import AllocationMethod, WalkedGrid, fixed_point_cumulative, normalise, walk_of_cells
 from aomc_sky.verify.report import chi_square_tails, pooled, sidak_level, two_sided
@@ -117,16 +117,16 @@ def verify_counts(
     photons = _checked_counts(unmasked("counts", counts))
     masses = np.atleast_2d(floats("mass", mass))
     if not np.all(np.isfinite(masses)) or np.any(masses < 0):
-        raise ValueError("masses must be finite and not negative")
+        raise UsageError("masses must be finite and not negative")
     bands = np.atleast_2d(photons)
     if bands.size == 0 or bands.ndim != 2 or masses.shape not in (bands.shape, (1, bands.shape[1])):
-        raise ValueError(f"counts {photons.shape} and mass {np.shape(mass)} do not fit")
+        raise UsageError(f"counts {photons.shape} and mass {np.shape(mass)} do not fit")
     requested = None if n_photons is None else np.broadcast_to(np.asarray(n_photons), bands.shape[:1])
     rings: tuple[WalkedGrid, ...] = ()
     if n_columns is not None:
         n_cells, n_columns = bands.shape[1], as_index_within(n_columns, "n_columns", 1, bands.shape[1])
         if n_cells % n_columns:
-            raise ValueError(f"{n_cells} cells are no whole number of rings of {n_columns} columns")
+            raise UsageError(f"{n_cells} cells are no whole number of rings of {n_columns} columns")
         rings = (WalkedGrid(first_cell=0, n_rings=n_cells // n_columns, n_columns=n_columns),)
     level = sidak_level(FAMILY_LEVEL, bands.shape[0])
     checks: list[CountCheck] = []
@@ -141,13 +141,13 @@ def verify_counts(
 def _checked_counts(counts: ArrayLike) -> np.ndarray:
     photons = np.asarray(counts)
     if photons.dtype.kind not in "iuf":
-        raise ValueError(f"counts must be whole numbers, got an array of {photons.dtype}")
+        raise UsageError(f"counts must be whole numbers, got an array of {photons.dtype}")
     if photons.dtype.kind == "f" and not np.all(np.isfinite(photons) & (photons == np.rint(photons))):
-        raise ValueError("counts must be whole numbers")
+        raise UsageError("counts must be whole numbers")
     if np.any(photons < 0):
-        raise ValueError("counts must not be negative")
+        raise UsageError("counts must not be negative")
     if photons.size and photons.max() > MAX_COUNT:
-        raise ValueError(f"counts must not exceed 2^62, got {photons.max()}")
+        raise UsageError(f"counts must not exceed 2^62, got {photons.max()}")
     return photons.astype(np.int64)
 
 

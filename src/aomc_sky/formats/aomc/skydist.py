@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from aomc_sky.errors import SceneError, Span, member_of
+from aomc_sky.errors import SceneError, Span, member_of, require_kind
 from aomc_sky.formats.aomc.scanner import (
     ListScanner,
     Record,
@@ -200,6 +200,7 @@ def write_skydist(
     (3, 30, 72)
     """
     bins, values = member_of(Bins, bins, "bins"), member_of(Values, values, "values")
+    require_kind(table, SkyTable, "sky.write_skydist(sky.read_skydist('skydist.inp'), 'copy.inp')")
     n_table, n_zenith, n_columns = table.radiance.shape
     wave, zenith, azimuth = np.nonzero(table.radiance)
     value = table.radiance[wave, zenith, azimuth]

@@ -163,9 +163,9 @@ def read_mcpl(path: str | Path) -> McplFile:
     """
     optional_module("mcpl", extra=EXTRA)
     path = Path(path)
-    packed = path.with_name(f"{path.name}.gz")
-    if path.name.lower().endswith(".mcpl") and not os.path.lexists(path) and os.path.exists(packed):
-        path = packed
+    if path.name.lower().endswith(".mcpl") and not os.path.lexists(path):
+        packed = path.with_name(f"{path.name}.gz")
+        path = packed if os.path.exists(packed) else path
     with open_data(path, what=_WHAT, code="E801") as file, _damage_named(path):
         is_packed = file.read(len(GZIP_MAGIC)) == GZIP_MAGIC
         file.seek(0)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import in_both_units, settle_angles
-from aomc_sky.errors import SceneError, UsageError, floats, unmasked
+from aomc_sky.errors import SceneError, UsageError, floats, require_kind, unmasked
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.atmosphere.language.block import Block
 
@@ -122,6 +122,10 @@ class Medium:
 
     def __post_init__(self, sun_angular_radius_deg: float | None) -> None:
         settle_angles(self, sun_angular_radius_rad=sun_angular_radius_deg)
+        for name in ("wavelength_nm", "ground_albedo", "toa_irradiance"):
+            require_kind(getattr(self, name), np.ndarray, f"{name}=np.array(...)")
+        for part in self.constituents:
+            require_kind(part, Constituent, "constituents=(sky.Constituent(...),)")
         shape = self.wavelength_nm.shape
         rows = [self.ground_albedo, self.toa_irradiance]
         rows += [row for part in self.constituents for row in (part.scattering_m2, part.absorption_m2)]

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import SceneError, require_one_of
+from aomc_sky.errors import SceneError, number, require_kind, require_one_of
 from aomc_sky.formats.report import Report
 from aomc_sky.phase.vectorised import real, shape_of
 from aomc_sky.record import same_content, short_repr
@@ -57,6 +57,9 @@ class BackgroundSky:
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
+        require_kind(self.animations, Mapping, "the mapping of sky.background_of_lobes")
+        for name in ("wavelength_nm", "curves"):
+            require_kind(getattr(self, name), np.ndarray, f"{name}=np.array(...)")
         report = Report(path="background sky")
         check_sky(self.animations, self.wavelength_nm, self.curves, report)
         close_by_hand(report)
@@ -133,9 +136,13 @@ def background_at(
     """
     require_one_of(get_args(InterpolationWord), interpolation, "interpolation")
     skies = [backgrounds] if isinstance(backgrounds, BackgroundSky) else list(backgrounds)
+    for one in skies:
+        require_kind(one, BackgroundSky, "sky.read_background('town.h5')")
+    unix_time_s = number("unix_time_s", unix_time_s)
+    utc_offset_h = None if utc_offset_h is None else number("utc_offset_h", utc_offset_h)
     lobes: list[WeightedLobe] = []
-    for number, sky in enumerate(skies, start=1):
-        prefix = f"{number}/" if len(skies) > 1 else ""
+    for place, sky in enumerate(skies, start=1):
+        prefix = f"{place}/" if len(skies) > 1 else ""
         offset = sky.utc_offset_h if utc_offset_h is None else utc_offset_h
         for name, animation in sky.animations.items():
             time = float(animation.relative_days(unix_time_s, utc_offset_h=offset))

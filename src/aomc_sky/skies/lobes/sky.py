@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
-from aomc_sky.errors import SceneError, floats, unmasked
+from aomc_sky.errors import SceneError, floats, require_kind
 from aomc_sky.phase.vectorised import real
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.lobes.envelope import LAWS, LobeFrame, envelopes_of
@@ -77,7 +77,7 @@ class WeightedLobe:
 
     def __post_init__(self) -> None:
         for name in ("quaternion", "wavelength_nm", "spectrum"):
-            array = np.array(unmasked(name, getattr(self, name)), dtype=np.float64)
+            array = np.array(floats(name, getattr(self, name)))
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         checked(self.kind, self.param0, self.param1)
@@ -147,6 +147,8 @@ class LobeSky(Share):
     def __post_init__(self) -> None:
         check_share(self)
         object.__setattr__(self, "lobes", tuple(self.lobes))
+        for lobe in self.lobes:
+            require_kind(lobe, WeightedLobe, "lobes=(sky.WeightedLobe(...),)")
         names = [lobe.name for lobe in self.lobes]
         if len(set(names)) < len(names):
             raise SceneError(f"the names of the lobes of a sky must differ, got {', '.join(names)}")

@@ -323,6 +323,7 @@ class PerezSky(Share):
         Cost: 20 ms for 45 x 180 patches, 60 ms for 90 x 360, two to four times that where the luminance is negative
         somewhere.
         """
+        require_kind(grid, PatchGrid, "sky.PatchGrid.regular(45, 180)")
         if self.is_dark:
             raise SceneError("dhi is 0, so the sky has no diffuse part to share over patches")
         if not all(np.any(bounds[:, 0] < bounds[:, 1]) for bounds in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg)):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import UsageError, require_kind
 from aomc_sky.formats.sky_toml.keys import MOON_KEYS, RULES, moon_problem, plain_number, set_problem, value_problem
 from aomc_sky.formats.sky_toml.sections import PerezSection, SkyToml, SunSection, perez_section
 from aomc_sky.options import AMOUNTS, INPUTS, LIGHTS
@@ -147,6 +147,7 @@ def checked_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
 
 
 def _given(values: Mapping[str, Any] | None) -> dict[str, Any]:
+    require_kind(values or {}, Mapping, "a mapping of names to values")
     return {name: value for name, value in (values or {}).items() if value is not None}
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
-from aomc_sky.errors import SceneError, require_one_of, unmasked
+from aomc_sky.errors import SceneError, floats, require_kind, require_one_of
 from aomc_sky.phase.vectorised import real
 from aomc_sky.record import same_content, short_repr
 
@@ -267,7 +267,8 @@ def background_of_lobes(
     [550.]
     """
     require_one_of(_REFERENCES, reference, "reference")
-    samples = np.array(unmasked("wavelength_nm", wavelength_nm), dtype=np.float64)
+    samples = np.array(floats("wavelength_nm", wavelength_nm))
+    require_kind(animations, Mapping, "sky.background_of_lobes({'town': lobe}, [550.0])")
     curves: dict[bytes, np.ndarray] = {}
     built: dict[str, Animation] = {}
     for title, one_or_more in animations.items():
@@ -276,8 +277,9 @@ def background_of_lobes(
             raise SceneError(f"animation {title!r} has no lobe")
         rows = []
         for lobe in keys:
+            require_kind(lobe, SkyLobe, "sky.SkyLobe(kind='hg', width=0.8, spectrum=[1e-8])")
             require_one_of(KINDS, lobe.kind, "the kind of a lobe")
-            spectrum = np.array(unmasked(f"the spectrum of {title!r}", lobe.spectrum), dtype=np.float64)
+            spectrum = np.array(floats(f"the spectrum of {title!r}", lobe.spectrum))
             if spectrum.shape != samples.shape:
                 message = f"a spectrum of shape {spectrum.shape} for {samples.size} wavelengths"
                 raise SceneError(f"animation {title!r}: {message}")

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from aomc_sky.errors import require_kind
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.quote import quote, texts_of
 from aomc_sky.formats.radiance_unit import radiance_factor
@@ -361,6 +362,7 @@ def write_background(path: str | Path, background: BackgroundFile) -> None:
     >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
     >>> sky.write_background("town.h5", sky.background_of_lobes({"town": town}, [550.0]))
     """
+    require_kind(background, BackgroundFile, "sky.background_of_lobes({'town': lobe}, [550.0])")
     report = Report(path=str(path))
     check_storable(background, report)
     if not report.has_errors:
