@@ -236,3 +236,16 @@ def test_masses_over_arrays_are_those_of_single_calls(kind, weighting):
         [lobes.mass_above_horizon(kind, *s, list(turn), weighting=weighting) for s in shapes] for turn in TURNS
     ]
     assert table.tolist() == one_by_one
+
+
+@pytest.mark.parametrize("tiny", [1e-20, 1e-100, 1e-148, 1e-160, 1e-200])
+@pytest.mark.parametrize("weighting", ["plain", "projected"])
+@pytest.mark.parametrize(("kind", "shape"), [("hg", (0.8, 0.0)), ("ggx", (0.3, 0.2)), ("beckmann", (0.3, 0.2))])
+def test_axes_that_are_level_or_straight_down_but_for_a_tiny_number(kind, shape, weighting, tiny):
+    """The cosine of the axis, or what is left of its roughness, is the square of it."""
+    for whole in ([1.0, 1.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 1.0, 0.0, 1.0]):
+        exact = lobes.mass_above_horizon(kind, *shape, whole, weighting=weighting)
+        for place in (k for k, number in enumerate(whole) if number == 0.0):
+            near = [tiny if k == place else number for k, number in enumerate(whole)]
+            found = lobes.mass_above_horizon(kind, *shape, near, weighting=weighting)
+            np.testing.assert_allclose(found, exact, rtol=1e-13, atol=1e-40)

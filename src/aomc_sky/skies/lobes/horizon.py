@@ -14,6 +14,8 @@ from aomc_sky.skies.lobes.lobe import KindWord, checked, vertical_in_local
 
 LobeWeightingWord = Literal["plain", "projected"]
 WEIGHTINGS = get_args(LobeWeightingWord)
+_LEVEL = 1e-300  #: Cosine of an axis that is level: half of the lobe is above the horizon.
+_DOWN = 1e-120  #: k / -n_z of a lobe that points down; its projected mass, with the cube of this, is below 1e-308.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
@@ -104,7 +106,7 @@ def _hg_plain(g: float, cosine: float) -> float:
     scale, from the elevation c itself to 1, its nodes.
     """
     c = abs(cosine)
-    if c == 0.0:
+    if c < _LEVEL:
         return 0.5
     s = np.sqrt((1.0 - c) * (1.0 + c))
     y, weight = _panels(-np.arcsinh(np.pi / 2 / c), np.arcsinh(np.pi / 2 / c))
@@ -153,7 +155,7 @@ def _vndf_projected(kind: str, alpha_x: float, alpha_y: float, nx: float, ny: fl
     point, the density at v = 0. As functions of u both are sharp at u = 0 or at the horizon.
     """
     k = float(np.hypot(alpha_x * nx, alpha_y * ny))
-    if k == 0.0 and nz < 0.0:
+    if nz < 0.0 and k <= -_DOWN * nz:
         return 0.0, 0.0
     cos, sin = (alpha_x * nx / k, alpha_y * ny / k) if k > 0.0 else (1.0, 0.0)
     form = (
