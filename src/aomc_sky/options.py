@@ -404,6 +404,8 @@ _OF_COMMANDS = (
     Option("paths", "backward paths of mc and of a glowing ground in each direction and at each wavelength; four times "
            "as many halve the error", "N", kind=Kind.COUNT, low=8, high=1_000_000_000, section="atmosphere",
            usual="4096, or 16384 where these are not enough, and 32768 of the ground"),
+    _seed("atmosphere.seed", "of the random numbers of the paths; several seeds show the error", default=0,
+          section="atmosphere"),
     _bins("atmosphere.bins", "equal bins of zenith and azimuth",
           usual="those of the description's scattering texture, or 45 180"),
     Option("atmosphere.out", "the sky as one netCDF file, which [sky] table of sky.toml reads", "FILE"),

@@ -61,6 +61,7 @@ class TableRequest:
     method: str = "auto"  #: as `aomc_sky.skies.atmosphere.sky.method.chosen_method` has it
     n_orders: int | None = None  #: most interactions that count
     n_paths: int | None = None  #: backward paths per direction and wavelength; `solve_sky` decides
+    seed: int = 0  #: of the paths
     bins: tuple[int, int] | None = None  #: equal bins of zenith and azimuth, of the description or 45 and 180
     allow_paths: tuple[str, ...] = ()  #: more folders below which tables of the description may lie
     saves: Saves = field(default_factory=Saves)  #: what the netCDF file holds besides radiances and irradiances
@@ -146,6 +147,7 @@ def _how(request: TableRequest, medium: Medium, report: MediumReport, sun_zenith
         "method": request.method,
         "n_orders": request.n_orders,
         "n_paths": request.n_paths,
+        "seed": request.seed,
         "moon": moon_of_direction(request.moon, medium, report, sun_zenith_deg, request.sun_azimuth_deg),
         "ground_radiance": glow_of_luminance(request.ground_luminance_cd_m2, report, request.path),
     }
@@ -249,6 +251,7 @@ def _sun_report(sky: AtmosphereSky) -> dict[str, Any]:
         "reason": solved.reason or None,
         "orders": solved.n_orders,
         "paths": solved.n_paths or None,
+        **({"seed": sky.seed} if sky.seed else {}),
         "paths_error": solved.resolution_error if solved.n_paths else None,
         "visible_share": solved.visible_share,
         "direct_irradiance": sky.direct_irradiance.tolist(),

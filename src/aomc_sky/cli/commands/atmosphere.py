@@ -32,7 +32,7 @@ atmosphere.nc (all suns, wavelengths and orders; needs the extra 'netcdf') and r
 
 GROUPS = {
     "what is solved": "atmosphere.zenith_deg atmosphere.azimuth_deg atmosphere.wavelengths atmosphere.method orders "
-    "paths atmosphere.bins",
+    "paths atmosphere.seed atmosphere.bins",
     "what is written and printed": "atmosphere.out out_dir atmosphere.force allow_path no_netcdf "
     "fail_on_warnings json quiet",
     **cli_options.MOON,
@@ -102,6 +102,7 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
         method=arguments.method,
         n_orders=arguments.orders,
         n_paths=arguments.paths,
+        seed=arguments.seed,
         bins=None if arguments.bins is None else (arguments.bins[0], arguments.bins[1]),
         allow_paths=tuple(arguments.allow_path or ()),
         saves=Saves(**{member: getattr(arguments, name) for member, name in _SAVES.items()}),

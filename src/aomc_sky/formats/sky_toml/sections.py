@@ -184,6 +184,7 @@ class AtmosphereSection:
     orders: int | None = None
     #: Backward paths of each direction and wavelength; the solver chooses by default. [8 to 1e9]
     paths: int | None = None
+    seed: int = 0  #: Of the random numbers of the paths. [0 to 2^64 - 1]
     #: Equal bins of the patches. [1 to 3600]
     zenith_bins: int = 45
     azimuth_bins: int = 180

@@ -21,8 +21,8 @@ from aomc_sky.formats.netcdf import EXTRA
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.outputs.tables.netcdf import Variable, grid_bounds, grid_coordinates, netcdf_bytes, variable
-from aomc_sky.skies.atmosphere.backward import solve_paths
-from aomc_sky.skies.atmosphere.medium import Medium, unlit
+from aomc_sky.skies.atmosphere.backward import seed_of, solve_paths
+from aomc_sky.skies.atmosphere.medium import unlit
 from aomc_sky.skies.atmosphere.model import AtmosphereSky
 from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import source_functions
@@ -145,7 +145,7 @@ def write_atmosphere_netcdf(
         _add_sources(dataset, axes, skies, saves)
     if saves.glow:
         assert glow is not None, "the caller has asked for it"
-        _add_glow(dataset, axes, skies[0].medium, glow, n_glow_rows, skies[0].solved.n_orders)
+        _add_glow(dataset, axes, skies[0], glow, n_glow_rows)
     dataset = dataset.assign_coords(axes)
     if significand_bits is not None:
         for one in dataset.data_vars.values():
@@ -249,13 +249,12 @@ def _add_sources(dataset: Any, axes: dict[str, Variable], skies: Sequence[Atmosp
     axes["source_zenith"] = variable("source_zenith", SOURCE_DEG, text, "degree")
 
 
-def _add_glow(
-    dataset: Any, axes: dict[str, Variable], medium: Medium, glow: np.ndarray, n_rows: int, n_orders: int
-) -> None:
+def _add_glow(dataset: Any, axes: dict[str, Variable], sky: AtmosphereSky, glow: np.ndarray, n_rows: int) -> None:
     zenith = (np.arange(n_rows) + 0.5) * 90.0 / n_rows
     light = solve_paths(
-        unlit(medium), sun_zenith_rad=0.0, sky_zenith_rad=np.deg2rad(zenith), azimuth_from_sun_rad=np.zeros(n_rows),
-        n_paths=GLOW_PATHS, n_orders=n_orders, ground_radiance=glow, threads=os.cpu_count() or 1,
+        unlit(sky.medium), sun_zenith_rad=0.0, sky_zenith_rad=np.deg2rad(zenith), azimuth_from_sun_rad=np.zeros(n_rows),
+        n_paths=GLOW_PATHS, n_orders=sky.solved.n_orders, seed=seed_of(0, sky.seed), ground_radiance=glow,
+        threads=os.cpu_count() or 1,
     )  # fmt: skip
     dimensions, values = ("wavelength", "glow_order", "glow_zenith"), light.radiance_by_order
     errors = light.standard_error_by_order

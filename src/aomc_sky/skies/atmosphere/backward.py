@@ -30,6 +30,8 @@ _LEAST_PATHS = 8
 TRUSTED = 0.2
 """Relative error of a variance up to which the standard error from it is trusted."""
 
+_SPREAD = 0x9E3779B97F4A7C15  # odd, so that no two seeds give one stream
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PathsResult:
@@ -139,6 +141,11 @@ def solve_paths(
     if order_one is None:
         order_one = solve_order_one(medium, sun_zenith_rad, zenith, azimuth, visible)
     return paths_result(order_one, rows, totals, n_paths)
+
+
+def seed_of(stream: int, seed: int) -> int:
+    """The seed of `solve_paths` for a stream of its own, which seed 0 of the caller leaves as it is. [0 to 2^64 - 1]"""
+    return (stream ^ (seed * _SPREAD)) % 2**64
 
 
 def _word(*numbers: float) -> np.uint64:

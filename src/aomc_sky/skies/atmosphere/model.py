@@ -70,6 +70,8 @@ class AtmosphereSky(Share):
     n_paths : int, optional
         Backward paths of each direction and wavelength where the solution has some; by default as many as
         `aomc_sky.skies.atmosphere.sky.solve.solve_sky` says. [8 to 2^32 - 1]
+    seed : int
+        Of the random numbers of the paths; 0 by default. Skies of several seeds show the error. [0 to 2^64 - 1]
     polarisation : RayleighPattern, optional
         Linear polarisation of the light of the sun, which the scalar solver does not have; without it photons carry
         none. That of a glowing ground has none.
@@ -101,6 +103,7 @@ class AtmosphereSky(Share):
     moon: Moon | None = None
     ground_radiance: np.ndarray | None = None
     n_paths: int | None = None
+    seed: int = 0
     polarisation: RayleighPattern | None = None
     solved: SolvedSky = field(init=False, repr=False, compare=False)
     patch_mean: np.ndarray = field(init=False, repr=False, compare=False)
@@ -134,6 +137,7 @@ class AtmosphereSky(Share):
                 moon=self.moon,
                 ground_radiance=self.ground_radiance,
                 n_paths=self.n_paths,
+                seed=self.seed,
             )
             mean, change = patch_means(solved, self.grid, math.radians(self.sun_azimuth_deg), tolerance=tolerance)
         mean.flags.writeable = False

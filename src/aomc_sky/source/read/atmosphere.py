@@ -106,6 +106,7 @@ def atmosphere_light(
         moon=moon_of_direction(section.moon, medium, atmosphere.report, sun.zenith_deg, sun.azimuth_deg),
         ground_radiance=glow_of_luminance(section.ground_luminance_cd_m2, atmosphere.report, section.file),
         n_paths=section.paths,
+        seed=section.seed,
         polarisation=sun.polarisation,
     )
     beam = () if is_alone else tuple(sky.beam(medium.wavelength_nm))
@@ -138,6 +139,7 @@ def _options(sky: AtmosphereSky, atmosphere: SceneAtmosphere) -> dict[str, Any]:
         "method": sky.solved.method,
         "orders": sky.solved.n_orders,
         "paths": sky.solved.n_paths or None,
+        **({"seed": sky.seed} if sky.seed else {}),
         "paths_error": sky.solved.resolution_error if sky.solved.n_paths else None,
         "zenith_bins": sky.grid.n_zenith,
         "azimuth_bins": sky.grid.n_azimuth,

@@ -47,6 +47,7 @@ def solve_atmosphere(
     method: SolverWord = "auto",
     orders: int | None = None,
     paths: int | None = None,
+    seed: int = 0,
     moon: Mapping[str, float] | None = None,
     ground_luminance_cd_m2: float = 0.0,
     allow_paths: Sequence[str | os.PathLike[str]] = (),
@@ -79,6 +80,9 @@ def solve_atmosphere(
         Backward paths of "mc" and of a glowing ground in each direction and at each wavelength; four times as many
         halve the error. By default 65536 in the directions asked for, fewer where they are more than 512.
         [8 to 2^32 - 1]
+    seed : int
+        Of the random numbers of the paths. Solutions of several seeds scatter by `result.standard_error`. [0 to 2^64 -
+        1]
     moon : mapping, optional
         The Moon before the sun: "zenith_deg" or "zenith_offset_deg" from the sun's, "azimuth_deg" from the sun's
         azimuth, both by default the sun's; "distance_km" from the observer, by default what the description's
@@ -138,6 +142,7 @@ def solve_atmosphere(
             method=method,
             n_orders=orders,
             n_paths=paths,
+            seed=seed,
             dropped=report.dropped,
             moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(np.deg2rad(sun))), 0.0),
             ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),

@@ -14,7 +14,7 @@ from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, require_o
 from aomc_sky.skies.atmosphere.backward import checked_paths
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
-from aomc_sky.whole_number import as_number_of
+from aomc_sky.whole_number import as_index_within, as_number_of
 
 _LOG = logging.getLogger(__name__)
 
@@ -115,6 +115,7 @@ class Lights:
     method: str
     n_orders: int
     n_paths: int | None  #: Paths of each direction and wavelength, where somebody says how many
+    seed: int = 0  #: Of the paths. [0 to 2^64 - 1]
     reason: str = ""  #: Why "auto" took the method; empty where the method was asked for
 
 
@@ -127,6 +128,7 @@ def chosen_lights(
     moon: Moon | None,
     ground_radiance: np.ndarray | None,
     n_paths: int | None = None,
+    seed: int = 0,
 ) -> Lights:
     """Settle what counts; arguments and errors as `solve_sky` has them."""
     glows = ground_radiance is not None and bool(np.any(ground_radiance > 0))
@@ -142,5 +144,6 @@ def chosen_lights(
         method=chosen,
         n_orders=orders,
         n_paths=None if n_paths is None else checked_paths(n_paths),
+        seed=as_index_within(seed, "seed", 0, 2**64 - 1),
         reason=reason_of(chosen, sun_zenith_rad, is_eclipsed=is_eclipsed) if method == "auto" else "",
     )

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from aomc_sky.errors import ModelLimitWarning
-from aomc_sky.skies.atmosphere.backward import PathsResult, path_tables, solve_paths
+from aomc_sky.skies.atmosphere.backward import PathsResult, path_tables, seed_of, solve_paths
 from aomc_sky.skies.atmosphere.lights import Moon, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers, unlit
 from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
@@ -39,6 +39,7 @@ def path_orders(
     moon: Moon | None = None,
     n_paths: int | None = None,
     order_one: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
+    seed: int = 0,
 ) -> LaterOrders:
     """Follow paths in all zenith angles and `N_AZIMUTH` azimuths. Cost: 4 s a wavelength and core.
 
@@ -55,7 +56,7 @@ def path_orders(
         return solve_paths(
             medium, sun_zenith_rad=sun_zenith_rad, sky_zenith_rad=theta.ravel(), azimuth_from_sun_rad=phi.ravel(),
             n_paths=number, n_orders=n_orders, threads=os.cpu_count() or 1, tables=tables,
-            visible=moon, order_one=order_one,
+            visible=moon, order_one=order_one, seed=seed_of(0, seed),
         )  # fmt: skip
 
     paths = follow(n_paths or N_PATHS, None if order_one is None else order_one(theta.ravel(), phi.ravel()))
@@ -122,6 +123,7 @@ def glow_orders(
     *,
     n_listed: int,
     n_paths: int | None = None,
+    seed: int = 0,
 ) -> tuple[np.ndarray, float]:
     """Follow paths in some zenith angles, over a ground of radiance (n_wl,) that is the same everywhere; no sun.
 
@@ -132,7 +134,7 @@ def glow_orders(
     paths = solve_paths(
         unlit(medium), sun_zenith_rad=0.0, sky_zenith_rad=sky_zenith_rad,
         azimuth_from_sun_rad=np.zeros_like(sky_zenith_rad), n_paths=n_paths or GLOW_PATHS, n_orders=n_orders,
-        seed=_SEED, ground_radiance=ground_radiance, threads=os.cpu_count() or 1,
+        seed=seed_of(_SEED, seed), ground_radiance=ground_radiance, threads=os.cpu_count() or 1,
     )  # fmt: skip
     rows, total = paths.radiance_by_order, paths.radiance
     rows = np.concatenate([rows[:, : n_listed - 1], rows[:, n_listed - 1 :].sum(axis=1, keepdims=True)], axis=1)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
-from aomc_sky.skies.atmosphere.backward import MOST_LISTED, PathsResult, solve_paths
+from aomc_sky.skies.atmosphere.backward import MOST_LISTED, PathsResult, seed_of, solve_paths
 from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, solve_order_one, visible_share
 from aomc_sky.skies.atmosphere.lights import Moon, ground_beam, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers, unlit
@@ -62,6 +62,7 @@ def solve_sky(
     moon: Moon | None = None,
     ground_radiance: np.ndarray | None = None,
     n_paths: int | None = None,
+    seed: int = 0,
 ) -> SolvedSky:
     """Solve for the whole sky.
 
@@ -74,7 +75,7 @@ def solve_sky(
     """
     lights = chosen_lights(
         medium, sun_zenith_rad, method=method, n_orders=n_orders, moon=moon, ground_radiance=ground_radiance,
-        n_paths=n_paths,
+        n_paths=n_paths, seed=seed,
     )  # fmt: skip
     return _solved_sky(medium, sun_zenith_rad, lights, np.empty(0), n_listed=_KEPT_ORDERS)[0]
 
@@ -121,7 +122,10 @@ def _solved_sky(
 def _glow(medium: Medium, zenith: np.ndarray, lights: Lights, n_rows: int) -> tuple[np.ndarray | None, float]:
     if lights.ground_radiance is None or not scatterers(medium):
         return None, 0.0
-    return glow_orders(medium, lights.ground_radiance, zenith, lights.n_orders, n_listed=n_rows, n_paths=lights.n_paths)
+    return glow_orders(
+        medium, lights.ground_radiance, zenith, lights.n_orders, n_listed=n_rows, n_paths=lights.n_paths,
+        seed=lights.seed,
+    )  # fmt: skip
 
 
 def _later(
@@ -144,7 +148,7 @@ def _later(
 
     return path_orders(
         medium, sun_zenith_rad, zenith[:LATER_NODES], lights.n_orders, n_listed=n_rows, moon=lights.moon,
-        n_paths=lights.n_paths, order_one=radiance,
+        n_paths=lights.n_paths, order_one=radiance, seed=lights.seed,
     )  # fmt: skip
 
 
@@ -263,6 +267,7 @@ def solve(
     moon: Moon | None = None,
     ground_radiance: np.ndarray | None = None,
     n_paths: int | None = None,
+    seed: int = 0,
 ) -> AtmosphereResult:
     """Solve an atmosphere in all pairs of zenith angles and azimuths from the sun, each solved for itself.
 
@@ -277,14 +282,14 @@ def solve(
         raise UsageError("zenith angles of directions must lie within 0 and 90 degrees")
     lights = chosen_lights(
         medium, sun_zenith_rad, method=method, n_orders=n_orders, moon=moon, ground_radiance=ground_radiance,
-        n_paths=n_paths,
+        n_paths=n_paths, seed=seed,
     )  # fmt: skip
     rings, ring = np.unique(np.minimum(zenith, np.pi / 2), return_inverse=True)
     sky, modes = _solved_sky(medium, sun_zenith_rad, lights, rings, n_listed=MOST_LISTED)
     grid = PatchGrid.regular(*(_FLUX_BINS if sun_zenith_rad <= np.pi / 2 else _FLUX_BINS_TWILIGHT))
     mean, _ = patch_means(sky, grid, 0.0, tolerance=_FLUX_TOLERANCE)
     after_flux = time.perf_counter()
-    by_order, error, flagged = _by_order(sky, modes, rings, azimuth, lights.n_paths)
+    by_order, error, flagged = _by_order(sky, modes, rings, azimuth, lights)
     glow, glow_error = _glow(medium, rings, lights, sky.n_listed)
     if glow is not None:
         by_order = by_order + glow[..., None]
@@ -314,7 +319,7 @@ def _angles(given: ArrayLike, what: str) -> np.ndarray:
 
 
 def _by_order(
-    sky: SolvedSky, modes: np.ndarray, rings: np.ndarray, azimuth: np.ndarray, n_paths: int | None
+    sky: SolvedSky, modes: np.ndarray, rings: np.ndarray, azimuth: np.ndarray, lights: Lights
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """The sun's light by order on all pairs, (n_wl, n_order, n_ring, n_azimuth), its error, and where it is flagged."""
     turned = np.fmod(azimuth, 2 * np.pi)  # exact, so that mirror images stay so to the bit
@@ -323,7 +328,7 @@ def _by_order(
     theta, phi = (angle.ravel() for angle in np.meshgrid(rings, columns, indexing="ij"))
     shape = rings.size, columns.size
     if sky.method == "mc" and sky.later_orders is not None:
-        paths = directed_paths(sky, theta, phi, n_paths)
+        paths = directed_paths(sky, theta, phi, lights.n_paths, lights.seed)
         rows = paths.radiance_by_order.reshape(*paths.radiance_by_order.shape[:2], *shape)
         error, flagged = (each.reshape(-1, *shape)[..., column] for each in (paths.standard_error, paths.under_sampled))
         return rows[..., column], error, flagged
@@ -339,16 +344,21 @@ def _by_order(
 
 
 def directed_paths(
-    sky: SolvedSky, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, n_paths: int | None = None
+    sky: SolvedSky,
+    sky_zenith_rad: np.ndarray,
+    azimuth_from_sun_rad: np.ndarray,
+    n_paths: int | None = None,
+    seed: int = 0,
 ) -> PathsResult:
     """Follow paths in single directions; `n_paths` None is as many as the number of directions allows.
 
     Two suns have errors of their own, and the whole sky others again.
     """
-    seed = int(np.float64(sky.sun_zenith_rad + 0.0).view(np.uint64))
+    stream = int(np.float64(sky.sun_zenith_rad + 0.0).view(np.uint64))
     found = solve_paths(
         sky.medium, sun_zenith_rad=sky.sun_zenith_rad, sky_zenith_rad=sky_zenith_rad,
-        azimuth_from_sun_rad=azimuth_from_sun_rad, n_orders=sky.n_orders, visible=sky.moon, seed=seed,
+        azimuth_from_sun_rad=azimuth_from_sun_rad, n_orders=sky.n_orders, visible=sky.moon,
+        seed=seed_of(stream, seed),
         n_paths=n_paths or int(np.clip(ALL_PATHS // max(sky_zenith_rad.size, 1), FEWEST_PATHS, MOST_PATHS)),
         threads=os.cpu_count() or 1,
     )  # fmt: skip
