@@ -52,10 +52,14 @@ def _compiled(precision: str) -> Any:
 
 def by_hand(source: PhotonSource, arrays: dict[str, np.ndarray]) -> Callable[[], object]:
     """What fills arrays with the first photons of the first band by C."""
+    from aomc_sky.kernels.arithmetic.constants import NARROW  # here, since other trees of --before may lack it
+
     table = source._emitter._packed(0)
     is_short = table.cumulative.dtype == table.place.dtype == np.uint32 and table.guide.dtype == np.uint16
     assert is_short, "the C has 32 bits for ranks and 16 for slots"
-    assert (table.law, table.main, table.cell_of_slot.size) == (None, 0, 0), "the C knows narrow cells alone"
+    are_cells = table.law is None and table.one_disc < 0 and not table.cell_of_slot.size
+    assert are_cells, "the C knows cells alone, of which none is empty"
+    assert table.azimuth_kernel == NARROW, "the C knows narrow cells alone"
     is_shuffled = table.order.size > 0
     band = _Band(
         source.n_photons(0),
