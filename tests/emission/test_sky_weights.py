@@ -80,8 +80,8 @@ def test_several_diffuse_components_share_one_density():
 
 
 def test_absolute_weights_have_the_irradiance_as_their_mean():
-    source, scene = diffuse(**RUN).source(1), diffuse(**OTHERS["perez"], spectrum="spectrl2")
     pytest.importorskip("pvlib")
+    source, scene = diffuse(**RUN).source(1), diffuse(**OTHERS["perez"], spectrum="spectrl2")
     batch = source.photons()
     total = float(scene.irradiance.of_component[0].sum())
     assert source.weights_for(scene, batch, absolute=True).mean() == pytest.approx(total, rel=1e-4)

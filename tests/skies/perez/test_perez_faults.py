@@ -83,8 +83,9 @@ DARK_ABOVE_60 = [-math.exp(2.0), -1.0, 1.0, -1.0, 0.0]
 
 @row(35, "negative-luminance-counts-as-0")
 def test_negative_luminance(fault, tmp_path, capsys):
-    options = ["--sky", "perez", "--coefficients", *DARK_ABOVE_60, "--sun-zenith", 23, "--iterations", 20_000, "-q"]
-    answer = run_scene(tmp_path, {}, options, capsys)
+    keys = "".join(f"{key} = {value!r}\n" for key, value in zip("abcde", DARK_ABOVE_60, strict=True))
+    options = ["--sky", "perez", "--sun-zenith", 23, "--iterations", 20_000, "-q"]
+    answer = run_scene(tmp_path, {"sky.toml": f"[perez]\n{keys}"}, options, capsys)
     assert answer.code == 0
     assert answer.err.count("warning: ") == 1
     assert "the luminance is negative over 50 % of the sky and counts as 0 there" in answer.err
