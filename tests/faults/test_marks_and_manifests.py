@@ -137,6 +137,16 @@ def test_a_manifest_that_no_version_wrote(fault, whole, amc, tmp_path, told):
     assert run_bytes(out) == run_bytes(whole)
 
 
+def test_verify_finds_that_a_key_of_the_manifest_is_missing(whole, tmp_path, capsys):
+    out = Path(shutil.copytree(whole, tmp_path / "out"))
+    manifest = json.loads((out / "manifest.json").read_text())
+    for key in manifest:
+        (out / "manifest.json").write_text(json.dumps({name: value for name, value in manifest.items() if name != key}))
+        assert command("verify", out, "-q") in (1, 3), key
+        said = capsys.readouterr()
+        assert "manifest" in said.out + said.err, key
+
+
 CHANGES = {
     "mean-cosine": lambda of: of["bands"][0].update(mean_cosine_exact=of["bands"][0]["mean_cosine_exact"] + 1e-6),
     "seed": lambda of: of.update(seed=1),

@@ -189,6 +189,7 @@ def _is_manifest(manifest: Any) -> bool:
     numbers += [entry["bytes"] for _, entry in files]
     return (
         manifest["schema"] == SCHEMA
+        and isinstance(manifest["inputs"], dict)
         and isinstance(options["scene"], dict)
         and all(isinstance(text, str) for text in texts)
         and all(_fits(number, "int") for number in numbers)
