@@ -59,7 +59,7 @@ def test_a_file_of_the_version_before_keeps_its_numbers(monkeypatch):
     before = source_of("table")
     compare(built("-O2"), before)
     of_lattice = np.frombuffer(before.to_bytes(), "<u8")
-    switches = of_lattice[7] // 8 + 7
+    switches = int(of_lattice[7]) // 8 + 7
     assert (of_lattice[switches], of_net[switches]) == (1, 5)
 
 
