@@ -15,36 +15,26 @@ import math
 import numba
 import numpy as np
 from harness import machine
+from slab import left, seeded
 
 import aomc_sky as sky
 
-G, ALBEDO, DEPTH = 0.92, 0.9, 2.0
 TALLIES = ("up, sky alone", "down, sky alone", "up, sun alone", "up, all light")
 
 
 @numba.njit(nogil=True)
-def tallies(uz: np.ndarray, weight: np.ndarray, is_sky: np.ndarray, seed: int) -> np.ndarray:
+def tallies(directions: np.ndarray, weight: np.ndarray, is_sky: np.ndarray, seed: int) -> np.ndarray:
     """Weights that leave upwards and downwards: of the sky, of the sky, of the sun, of all."""
-    np.random.seed(seed)  # noqa: NPY002 - numba's own generator
+    seeded(seed)
     found = np.zeros(4)
-    for i in range(uz.size):
-        depth, mu = 0.0, -np.float64(uz[i])
-        while True:
-            depth -= mu * math.log(1.0 - np.random.random())  # noqa: NPY002
-            if depth < 0.0 or depth > DEPTH:
-                break
-            if np.random.random() > ALBEDO:  # noqa: NPY002
-                break
-            turned = 1.0 + G * G - ((1.0 - G * G) / (1.0 - G + 2.0 * G * np.random.random())) ** 2  # noqa: NPY002
-            cosine, turn = turned / (2.0 * G), 2.0 * math.pi * np.random.random()  # noqa: NPY002
-            sines = math.sqrt(max((1.0 - cosine * cosine) * (1.0 - mu * mu), 0.0))
-            mu = mu * cosine + sines * math.cos(turn)
-        if depth < 0.0:
+    for i in range(weight.size):
+        side, _, _ = left(directions[0, i], directions[1, i], directions[2, i])
+        if side == 1:
             found[0 if is_sky[i] else 2] += weight[i]
             found[3] += weight[i]
-        elif depth > DEPTH and is_sky[i]:
+        elif side == -1 and is_sky[i]:
             found[1] += weight[i]
-    return found / uz.size
+    return found / weight.size
 
 
 def runs_of(scene: sky.Scene, n_runs: int, bias: dict[str, float], importance: object) -> np.ndarray:
@@ -54,7 +44,8 @@ def runs_of(scene: sky.Scene, n_runs: int, bias: dict[str, float], importance: o
         source = scene.source(seed, bias=bias, importance=importance)
         batch = source.photons()
         weight = np.ones(len(batch), np.float32) if batch.weight is None else batch.weight
-        found.append(tallies(batch.uz, weight, source.component_of(batch.patch) == 1, seed))
+        directions = np.stack([batch.ux, batch.uy, batch.uz]).astype(np.float64)
+        found.append(tallies(directions, weight, source.component_of(batch.patch) == 1, seed))
     return np.array(found)
 
 

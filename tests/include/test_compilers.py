@@ -6,7 +6,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
-from tests.support.host_programs import run
+from tests.support.host_programs import needs, run
 from tests.support.shared import REPOSITORY
 from tests.support.source_files import FLAGS_OF_HOST, SCENES, biased, needs_gcc, source_of
 
@@ -71,10 +71,9 @@ def _aarch64():
     return compiler, emulator
 
 
+@needs("nvcc")
 def test_code_for_a_gpu_contracts_nothing(tmp_path):
     """The driver of test_gpu.py, compiled only: that test runs it where a GPU is."""
-    if shutil.which("nvcc") is None:
-        pytest.skip("nvcc not installed")
     driver = REPOSITORY / "tests" / "reference" / "gpu_driver.cu"
     run(["nvcc", "-fmad=false", f"-I{include_dir()}", "-ptx", "-o", "driver.ptx", str(driver)], tmp_path)
     text = (tmp_path / "driver.ptx").read_text()

@@ -30,6 +30,7 @@ from tests.support.source_files import (
 pytestmark = needs_gcc
 HEADER = include_dir() / "aomc_sky.h"
 CODES = {name: int(value) for name, value in re.findall(r"AOMC_SKY_(\w+) = (-\d+)", HEADER.read_text())}
+NAMES = {value: name for name, value in CODES.items()} | {0: "ok"}
 FUZZED = [("everything", {}), ("lobes and all", {}), ("sloped", {"precision": "float64", "order": "patch"})]
 FUZZED += [("disc and table", {"is_biased": True}), ("perez", {"is_biased": True, "precision": "float64"})]
 
@@ -64,8 +65,21 @@ def data():
 
 
 def code_of(data, flags="-O2"):
-    code = built(flags).view(data)
-    return next(name for name, value in CODES.items() if value == code) if code else "ok"
+    return NAMES[built(flags).view(data)]
+
+
+def code_said(line):
+    return NAMES[int(line.split()[0])]
+
+
+def read_under_sanitizers(files, folder):
+    """What a reader built with sanitizers says of files, a line each that begins with the code."""
+    flags = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-DDRIVER_MAIN"]
+    text = REPOSITORY / "tests" / "reference" / "source_driver.c"
+    run(["gcc", *flags, f"-I{include_dir()}", "-o", "read", str(text), "-lm"], folder)
+    for number, data in enumerate(files):
+        (folder / f"{number}.sky").write_bytes(data)
+    return run(["./read", *(f"{number}.sky" for number in range(len(files)))], folder).splitlines()
 
 
 HEADS = [

@@ -9,10 +9,9 @@ import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.emission.source_file import FOOTPRINTS
 from aomc_sky.plan.options import FootprintShape
-from tests.include.test_damage import CODES, code_of, with_bytes, word
+from tests.include.test_damage import CODES, code_of, code_said, read_under_sanitizers, with_bytes, word
 from tests.support.host_programs import needs, run
 from tests.support.host_scenes import WAVEBANDS, disc, table
-from tests.support.shared import REPOSITORY
 from tests.support.source_files import OPTIONS, built, needs_gcc, same_bits
 
 pytestmark = needs_gcc
@@ -139,15 +138,8 @@ def test_damages_have_codes(damaged):
 
 def test_damages_under_sanitizers(damaged, tmp_path):
     """Ellipses do not exist: a circle of two sizes is refused; what is not refused gives positions."""
-    flags = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-DDRIVER_MAIN"]
-    text = REPOSITORY / "tests" / "reference" / "source_driver.c"
-    run(["gcc", *flags, f"-I{include_dir()}", "-o", "read", str(text), "-lm"], tmp_path)
-    codes, names = {"TABLE": "-10", "NEWER": "-5", "ok": "0"}, []
-    for number, (changed, _) in enumerate(damaged):
-        names.append(f"{number}.sky")
-        (tmp_path / names[-1]).write_bytes(changed)
-    said = run(["./read", *names], tmp_path).splitlines()
-    assert [line.split()[0] for line in said] == [codes[code] for _, code in damaged]
+    said = read_under_sanitizers([changed for changed, _ in damaged], tmp_path)
+    assert [code_said(line) for line in said] == [code for _, code in damaged]
     assert len({line for line in said if line.startswith("0 ")}) == 2  # another shape, other positions
 
 

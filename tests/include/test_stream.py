@@ -290,9 +290,8 @@ def test_fortran(precision, tmp_path):
     assert same_bits(numbers[6:], whole[:, 100:].astype(float))
 
 
+@needs("nvcc")
 def test_the_compiler_of_a_gpu_takes_positions_there_and_streams_on_its_host(tmp_path):
-    if shutil.which("nvcc") is None:
-        pytest.skip("nvcc not installed")
     (tmp_path / "use.cu").write_text(
         '#include "aomc_sky.h"\n'
         "__global__ void one(aomc_sky_source s, float *xy) { aomc_sky_position(&s, threadIdx.x, xy); }\n"

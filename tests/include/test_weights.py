@@ -3,7 +3,6 @@
 import dataclasses
 import itertools
 import json
-import shutil
 
 import numpy as np
 import pytest
@@ -14,10 +13,10 @@ from aomc_sky.cli.main import main
 from aomc_sky.emission import source_file
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.source_file import source_bytes
-from tests.include.test_damage import CODES, code_of, entry, with_bytes, word
+from tests.include.test_damage import CODES, code_of, code_said, entry, read_under_sanitizers, with_bytes, word
 from tests.support.host_programs import needs, run
 from tests.support.host_scenes import WAVEBANDS, disc, perez, table
-from tests.support.shared import INPUTS, REPOSITORY
+from tests.support.shared import INPUTS
 from tests.support.source_files import (
     LOBES,
     OPTIONS,
@@ -228,16 +227,9 @@ def test_damages_have_codes(data):
 
 
 def test_damages_under_sanitizers(data, tmp_path):
-    flags = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-DDRIVER_MAIN"]
-    text = REPOSITORY / "tests" / "reference" / "source_driver.c"
-    run(["gcc", *flags, f"-I{include_dir()}", "-o", "read", str(text), "-lm"], tmp_path)
-    codes, names = {"TABLE": "-10", "DIRECTORY": "-9", "ok": "0"}, []
     all_damages = [*words_that_are_damaged(data), (damaged(data, "weight", 3, 0.25), "ok"), (data, "ok")]
-    for number, (changed, _) in enumerate(all_damages):
-        names.append(f"{number}.sky")
-        (tmp_path / names[-1]).write_bytes(changed)
-    said = run(["./read", *names], tmp_path).splitlines()
-    assert [line.split()[0] for line in said] == [codes[code] for _, code in all_damages]
+    said = read_under_sanitizers([changed for changed, _ in all_damages], tmp_path)
+    assert [code_said(line) for line in said] == [code for _, code in all_damages]
 
 
 def light_of_first(data, source):
@@ -352,9 +344,8 @@ def test_a_biased_run_writes_exports_and_verifies_its_source(tmp_path, told):
     assert "has weights: no" in told("info", target).out
 
 
+@needs("nvcc")
 def test_the_compiler_of_a_gpu_takes_the_new_functions(tmp_path):
-    if shutil.which("nvcc") is None:
-        pytest.skip("nvcc not installed")
     (tmp_path / "use.cu").write_text(
         '#include "aomc_sky.h"\n'
         "__global__ void one(aomc_sky_source s, double *out) { aomc_sky_photon p = aomc_sky_at(&s, 0);\n"
