@@ -1,5 +1,6 @@
 """Row 51 of the matrix: dates beyond the calendar, little memory, a low recursion limit: one sentence each."""
 
+import errno
 import os
 import resource
 import subprocess
@@ -110,6 +111,7 @@ LAST = (
     (OverflowError("int too large"), 3, "a number is too large to be computed with (int too large)"),
     (RuntimeError("can't start new thread"), 6, f"{NO_MEMORY} (can't start new thread); "),
     (ImportError("x.so: failed to map segment from shared object"), 6, f"{NO_MEMORY} (x.so: failed"),
+    (OSError(errno.ENOMEM, "Cannot allocate memory", "numba/np"), 6, f"{NO_MEMORY} ([Errno 12] Cannot allocate"),
 )
 
 
@@ -120,7 +122,9 @@ def fail_with(error, monkeypatch):
     monkeypatch.setattr("aomc_sky.source.read.scene.scene_of_files", fail)
 
 
-@pytest.mark.parametrize(("error", "code", "words"), LAST, ids=[row_id(51, f"last-line-{k}") for k in range(5)])
+@pytest.mark.parametrize(
+    ("error", "code", "words"), LAST, ids=[row_id(51, f"last-line-{k}") for k, _ in enumerate(LAST)]
+)
 def test_the_last_line_of_the_command(error, code, words, scene, monkeypatch, told):
     fail_with(error, monkeypatch)
     err = told("run", scene, "-q", code=code).err

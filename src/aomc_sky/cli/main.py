@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import errno
 import io
 import os
 import re
@@ -259,7 +260,7 @@ def _failure_of(error: BaseException, arguments: argparse.Namespace) -> Failure 
         return _failure(
             INTERRUPTED, "interrupted", "interrupted", advice, f"aomc-sky: interrupted{advice and '; '}{advice}"
         )
-    if isinstance(error, OSError) and error.errno is not None:
+    if isinstance(error, OSError) and error.errno not in (None, errno.ENOMEM):
         return _failure(6, "system", f"{error.filename or 'standard output'}: {error.strerror}")
     return _fault_of_machine(error)
 
