@@ -3,7 +3,8 @@
     python bench/source_file.py [--photons 2000000] [--repeats 7] [--flags "-O3 -march=native"] [--compiler cc]
 
 Each line is a law in an order and a precision. All of a line is timed in turn, and the best of the repeats counts. The
-C program is compiled with the flags given; every photon of `fill` is compared with ours.
+C program is compiled with the flags given; every photon of `fill` is compared with ours. The last column is
+`fill_weighted` with patches and weights over `fill`, for photons of which each patch has another weight.
 """
 
 from __future__ import annotations
@@ -32,11 +33,36 @@ from tests.support.host_scenes import WAVEBANDS, disc, perez, table
 ROOT = Path(__file__).resolve().parents[1]
 PROGRAM = r"""
 #include "aomc_sky.h"
-static aomc_sky_file file;
-static aomc_sky_source source;
-int open_bytes(const void *bytes, uint64_t size) {
+static aomc_sky_source source, weighted;
+static aomc_sky_stream stream;
+static int32_t patch[65536];
+int open_bytes(const void *bytes, uint64_t size, const void *others, uint64_t others_size) {
+    aomc_sky_file file, other;
     int code = aomc_sky_view(bytes, size, &file);
-    return code ? code : aomc_sky_band(&file, 0, &source);
+    if (code == 0) code = aomc_sky_view(others, others_size, &other);
+    if (code == 0) code = aomc_sky_band(&file, 0, &source);
+    return code ? code : aomc_sky_weighted_band(&other, 0, &weighted);
+}
+int64_t plain_f32(int64_t start, int64_t n, float *x, float *y, float *z, float *w) {
+    (void)w;
+    return aomc_sky_fill(&weighted, start, n, x, y, z);
+}
+int64_t plain_f64(int64_t start, int64_t n, double *x, double *y, double *z, double *w) {
+    (void)w;
+    return aomc_sky_fill_double(&weighted, start, n, x, y, z);
+}
+int64_t weighted_f32(int64_t start, int64_t n, float *x, float *y, float *z, float *w) {
+    return aomc_sky_fill_weighted(&weighted, start, n, x, y, z, patch, w);
+}
+int64_t weighted_f64(int64_t start, int64_t n, double *x, double *y, double *z, double *w) {
+    return aomc_sky_fill_weighted_double(&weighted, start, n, x, y, z, patch, w);
+}
+double next_one(int64_t n) {
+    double sum = 0;
+    aomc_sky_particle p;
+    if (aomc_sky_particles(&stream, &source, 1, 0, n) != 0) return NAN;
+    while (aomc_sky_next(&stream, &p) > 0) sum += p.ux + p.uy * p.uz;
+    return sum;
 }
 int64_t fill_f32(int64_t start, int64_t n, float *x, float *y, float *z) {
     return aomc_sky_fill(&source, start, n, x, y, z);
@@ -136,15 +162,25 @@ def sampled(source: sky.PhotonSource) -> Any:
     return loop
 
 
-def measure(source: sky.PhotonSource, library: ctypes.CDLL, repeats: int, block: int = 65_536) -> dict[str, float]:
-    """Nanoseconds a photon of our batches and of `fill`, of `sample(i)` and of `at`."""
-    data = aligned(source.to_bytes())
+def weighted(scene: sky.Scene, **way: Any) -> sky.PhotonSource:
+    """Photons with another weight in each patch of the grids."""
+    rng = np.random.default_rng(1)
+    importance = {one.name: rng.lognormal(0, 1, one.n_cells) for one in scene.components if one.grid is not None}
+    return scene.source(seed=1, importance=importance or None, **way)
+
+
+def measure(
+    source: sky.PhotonSource, other: sky.PhotonSource, library: ctypes.CDLL, repeats: int, block: int = 65_536
+) -> dict[str, float]:
+    """Nanoseconds a photon of batches, `fill`, `next`, `sample(i)` and `at`; of `other` without and with weights."""
+    data, others = aligned(source.to_bytes()), aligned(other.to_bytes())
     n, kind = source.n_photons(0), "f32" if source.dtype == np.float32 else "f64"
-    assert library.open_bytes(ctypes.c_void_p(data.ctypes.data), ctypes.c_uint64(data.size)) == 0
+    files = [(ctypes.c_void_p(one.ctypes.data), ctypes.c_uint64(one.size)) for one in (data, others)]
+    assert library.open_bytes(*files[0], *files[1]) == 0
     fill, total = getattr(library, f"fill_{kind}"), getattr(library, f"sum_{kind}")
-    total.restype, fill.restype = ctypes.c_double, ctypes.c_int64
-    out, mine = source.photons(0, 0, block), np.empty((3, block), source.dtype)
-    at = [ctypes.c_void_p(row.ctypes.data) for row in mine]
+    total.restype, fill.restype, library.next_one.restype = ctypes.c_double, ctypes.c_int64, ctypes.c_double
+    out, mine = source.photons(0, 0, block), np.empty((4, block), source.dtype)
+    *at, weight = [ctypes.c_void_p(row.ctypes.data) for row in mine]
 
     def batches() -> None:
         for _ in source.batches(0, block, out):
@@ -154,14 +190,26 @@ def measure(source: sky.PhotonSource, library: ctypes.CDLL, repeats: int, block:
         for start in range(0, n, block):
             fill(ctypes.c_int64(start), ctypes.c_int64(block), *at)
 
+    def others_by(name: str) -> Any:
+        function = getattr(library, f"{name}_{kind}")
+
+        def filled() -> None:
+            for start in range(0, n, block):
+                function(ctypes.c_int64(start), ctypes.c_int64(block), *at, weight)
+
+        return filled
+
     for start in range(0, n, block):
         batch = source.photons(0, start, min(start + block, n), out=out)
         fill(ctypes.c_int64(start), ctypes.c_int64(block), *at)
-        for own, row in zip((batch.ux, batch.uy, batch.uz), mine, strict=True):
+        for own, row in zip((batch.ux, batch.uy, batch.uz), mine[:3], strict=True):
             assert own.tobytes() == row[: own.size].tobytes()
     loop = sampled(source)
     assert abs(loop(n) - total(ctypes.c_int64(n))) <= 1e-6 * n
-    functions = {"batches": batches, "fill": filled, "sample": lambda: loop(n), "at": lambda: total(ctypes.c_int64(n))}
+    one_by_one = {"sample": lambda: loop(n), "at": lambda: total(ctypes.c_int64(n))}
+    one_by_one["next"] = lambda: library.next_one(ctypes.c_int64(n))
+    functions = {"batches": batches, "fill": filled, **one_by_one}
+    functions |= {name: others_by(name) for name in ("plain", "weighted")}
     return {name: seconds / n * 1e9 for name, seconds in best(functions, repeats).items()}
 
 
@@ -182,9 +230,19 @@ def main() -> None:
         library = ctypes.CDLL(
             str(compiled(PROGRAM, arguments.compiler, [*flags, "-shared", "-fPIC"], folder, "program.so"))
         )
-        print(
-            f"{'ns a photon':16} {'':17} {'batches':>8} {'fill':>7} {'ratio':>6} {'sample':>7} {'at':>7} {'ratio':>6}"
+        heads = (
+            "batches",
+            "fill",
+            "sample",
+            "at",
+            "next",
+            "fill/bat.",
+            "at/sam.",
+            "next/fill",
+            "next/sam.",
+            "weighted",
         )
+        print(f"{'ns a photon':16} {'':17}", *(f"{head:>9}" for head in heads))
         for scene_name, components in scenes().items():
             if not scene_name.startswith(arguments.only):
                 continue
@@ -196,14 +254,12 @@ def main() -> None:
             )
             ways = [{}, {"order": "patch"}, {"precision": "float64"}, {"placement": "philox"}]
             for way in ways:
-                ns = measure(scene.source(seed=1, **way), library, arguments.repeats)
-                ratios = ns["fill"] / ns["batches"], ns["at"] / ns["sample"]
+                ns = measure(scene.source(seed=1, **way), weighted(scene, **way), library, arguments.repeats)
+                ratios = [("fill", "batches"), ("at", "sample"), ("next", "fill"), ("next", "sample")]
+                shown = [ns[name] for name in ("batches", "fill", "sample", "at", "next")]
+                shown += [ns[one] / ns[other] for one, other in (*ratios, ("weighted", "plain"))]
                 label = " ".join(way.values()) or "shuffled"
-                print(
-                    f"{scene_name:16} {label:17} {ns['batches']:8.2f} {ns['fill']:7.2f} {ratios[0]:6.2f} "
-                    f"{ns['sample']:7.2f} {ns['at']:7.2f} {ratios[1]:6.2f}",
-                    flush=True,
-                )
+                print(f"{scene_name:16} {label:17}", *(f"{value:9.2f}" for value in shown), flush=True)
         load = compiled(LOAD, arguments.compiler, ["-O2", "-std=gnu11"], folder, "load")
         for scene_name in ("clear_day", "night_sky"):
             source = sky.read_scene(ROOT / "inputs" / scene_name).source(seed=1)

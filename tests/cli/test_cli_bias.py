@@ -103,7 +103,6 @@ def test_a_dry_run_and_info_say_it_and_refuse_what_a_run_would(tmp_path, told):
         (["--bias", "sun=0.1"], "there is no component 'sun'; the components are direct, perez"),
         (["--bias", "direct=0.1", "--bias", "direct=0.2"], "--bias direct is given twice"),
         (["--bias", "direct=0.1", "--allocation", "largest-remainder"], "take allocation systematic or multinomial"),
-        (["--bias", "direct=0.1", "--format", "source", "--replicates", "2"], "make one source per seed"),
     ],
 )
 def test_what_is_refused(words, said, tmp_path, told):

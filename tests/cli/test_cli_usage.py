@@ -61,7 +61,6 @@ USAGE = {
     "run scene --out new --order none": "--order",
     "run scene --out new --replicates 0": "1 to 4096",
     "run scene --out new --replicates 2 --compat aomc": "no randomness",
-    "run scene --out new --replicates 4 --format source": "4 replicates: make one source per seed",
     "run scene --out new --shard 0/3": "shard",
     "run scene --out new --shard 1/3 --format mcpl": "shard",
     "run scene --out new --shard 1/3 --force": "shard",

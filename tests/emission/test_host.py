@@ -1,4 +1,4 @@
-"""Samplers for loops of numba: ends, arguments, processes; their photons to the bit: test_numbers.py."""
+"""Samplers for loops of numba: ends, arguments, processes, weights; their photons to the bit: test_numbers.py, too."""
 
 import pickle
 
@@ -8,6 +8,8 @@ import pytest
 
 import aomc_sky as sky
 from tests.support.host_scenes import N, directions, source
+from tests.support.sampled import table_of
+from tests.support.source_files import biased
 
 
 def test_ends_and_wrong_arguments():
@@ -97,9 +99,59 @@ def test_a_sampler_is_made_again_where_it_can_be(monkeypatch):
     again = pickle.loads(pickle.dumps(sampler))
     assert (again.n, again.band, again.numbers, again.precision) == (50, 0, 1, np.float32)
     assert again.sample(7) == expected
-    with pytest.raises(sky.UsageError, match="replicates=1"):
-        source("table", replicates=4).numba_sampler()
+    several = source("table", replicates=4)
+    with pytest.raises(sky.UsageError, match=r"numba_sampler\(band, replicate=r\), 0 to 3"):
+        several.numba_sampler()
+    with pytest.raises(sky.UsageError, match="replicate must be a whole number from 0 to 3, got 4"):
+        several.numba_sampler(replicate=4)
+    one = pickle.loads(pickle.dumps(several.numba_sampler(1, replicate=2)))
+    assert (one.n, one.replicate) == (np.diff(several.replicate_range(1, 2)).item(), 2)
     source("table").numba_sampler()  # what is imported without the compiler stays without it
     monkeypatch.setattr(numba.core.config, "DISABLE_JIT", 1)
     with pytest.raises(sky.UsageError, match="NUMBA_DISABLE_JIT"):
         source("table").numba_sampler()
+
+
+def loop_over(sampler):
+    """Directions (3, n), patches and weights of all photons, one by one in a loop of numba."""
+    sample, patch, weights = sampler.sample, sampler.patch, sampler.weights
+
+    @numba.njit
+    def loop(rows, cells, weight):
+        for i in range(cells.size):
+            rows[0, i], rows[1, i], rows[2, i] = sample(i)
+            cells[i] = patch(i)
+            weight[i] = weights[patch(i)]
+
+    rows, cells = np.empty((3, sampler.n), sampler.precision), np.empty(sampler.n, np.int32)
+    weight = np.empty(sampler.n, sampler.precision)
+    loop(rows, cells, weight)
+    return rows, cells, weight
+
+
+@pytest.mark.parametrize(("precision", "order"), [("float32", "shuffled"), ("float64", "patch")])
+def test_patches_and_weights_of_replicates_in_a_loop(precision, order):
+    """Weights of a bias, and those of the patches of listed values, of every replicate; planted: another replicate."""
+    how = {"precision": precision, "order": order, "replicates": 3}
+    listed = table_of(np.random.default_rng(3).lognormal(0, 1, (7, 11)), weighting="listed")
+    plain = sky.Scene(wavebands=[550.0], n_photons=1003, components=listed).source(seed=3, weights=True, **how)
+    for made in (biased("disc and table", 1003, **how), plain):
+        batch = made.photons(0)
+        assert np.unique(batch.weight).size > 1
+        with pytest.raises(sky.UsageError, match="weighted=True"):
+            made.numba_sampler(0, replicate=1)
+        found = [loop_over(made.numba_sampler(0, weighted=True, replicate=r)) for r in range(3)]
+        for replicate, (rows, cells, weight) in enumerate(found):
+            part = slice(*made.replicate_range(0, replicate))
+            assert rows.tobytes() == np.ascontiguousarray(directions(batch)[:, part]).tobytes()
+            assert cells.tobytes() == batch.patch[part].tobytes()
+            assert weight.tobytes() == batch.weight[part].tobytes()
+        assert found[0][0].tobytes() != found[2][0].tobytes()
+
+
+def test_weights_that_no_cell_has_are_refused():
+    uniform = sky.UniformSky(per_solid_angle=True)
+    made = sky.Scene(wavebands=[550.0], n_photons=50, components=uniform).source(seed=3, weights=True)
+    for weighted in (False, True):
+        with pytest.raises(sky.UsageError, match="take photons in batches, or from a source file"):
+            made.numba_sampler(0, weighted=weighted)

@@ -12,7 +12,7 @@ from aomc_sky.plan.options import FootprintShape
 from tests.include.test_damage import CODES, code_of, code_said, read_under_sanitizers, with_bytes, word
 from tests.support.host_programs import needs, run
 from tests.support.host_scenes import WAVEBANDS, disc, table
-from tests.support.source_files import OPTIONS, built, needs_gcc, same_bits
+from tests.support.source_files import OPTIONS, RECORDS, built, needs_gcc, same_bits
 
 pytestmark = needs_gcc
 SHAPES = {
@@ -23,8 +23,7 @@ SHAPES = {
     "line": sky.Footprint.rectangle(2.3, 0.0),
 }
 BUILDS = (("-O2", "gcc"), ("-O3 -march=native", "g++"), ("-O1 -mno-avx", "gcc"))
-RECORD = 192
-SHAPE, SIZES = RECORD + 8 * 32, RECORD + 8 * 33
+SHAPE, SIZES = RECORDS + 8 * 32, RECORDS + 8 * 33
 
 
 def source_on(name, n=3011, **options):
@@ -120,7 +119,8 @@ def test_a_file_of_the_version_before_is_a_point():
     assert same_bits(made, np.zeros_like(made))
 
 
-DAMAGES = [(SHAPE, value, "NEWER") for value in (3, 256, 257, 2**32, 2**63)]
+DAMAGES = [(SHAPE, value, "NEWER") for value in (3, 259, 512, 513, 2**32, 2**63)]
+DAMAGES += [(SHAPE, value, "DIRECTORY") for value in (256, 257)]  # weights times mu, without weights
 DAMAGES += [(SIZES + 8 * k, float(x), "TABLE") for k in (0, 1) for x in (-1.0, np.nan, np.inf, -np.inf, -5e-324)]
 DAMAGES += [(SIZES, 2.0, "TABLE"), (SIZES + 8, 0.0, "TABLE"), (SHAPE, 2, "ok"), (SHAPE, 0, "ok")]
 

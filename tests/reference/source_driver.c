@@ -32,9 +32,28 @@ int driver_weighted_band(int32_t band)
     return aomc_sky_weighted_band(&file, band, &source);
 }
 
-double driver_weight(int32_t patch)
+int driver_replicate(int32_t band, int32_t replicate, int is_weighted)
 {
-    return aomc_sky_weight(&source, patch);
+    if (is_weighted) return aomc_sky_weighted_replicate(&file, band, replicate, &source);
+    return aomc_sky_replicate(&file, band, replicate, &source);
+}
+
+/* Weight of a photon with this direction and patch. */
+static double weight_of(int is_double, float uz, double uz_double, int32_t patch)
+{
+    aomc_sky_photon p = {0, 0, 0, 0};
+    aomc_sky_photon_double q = {0, 0, 0, 0};
+    p.uz = uz, q.uz = uz_double, p.patch = q.patch = patch;
+    return is_double ? aomc_sky_weight_double(&source, q) : aomc_sky_weight(&source, p);
+}
+
+void driver_weight(int is_double, int64_t n, const void *uz, const int32_t *patch, double *weight)
+{
+    int64_t j;
+    for (j = 0; j < n; j++) {
+        if (is_double) weight[j] = weight_of(1, 0, ((const double *)uz)[j], patch[j]);
+        else weight[j] = weight_of(0, ((const float *)uz)[j], 0, patch[j]);
+    }
 }
 
 int32_t driver_component(int32_t patch)
@@ -75,11 +94,12 @@ void driver_position(int is_double, const int64_t *index, int64_t n, void *xy)
 /* The bands of the file for a stream, in addition to others where `is_more`. */
 int driver_take_bands(int is_more)
 {
-    int32_t band;
+    int32_t band, replicate;
     int code = 0;
     if (!is_more) n_sources = 0;
-    for (band = 0; code == 0 && band < file.n_bands; band++)
-        code = n_sources < 16 ? aomc_sky_weighted_band(&file, band, sources + n_sources++) : 1;
+    for (replicate = 0; replicate < file.n_replicates; replicate++)
+        for (band = 0; code == 0 && band < file.n_bands; band++)
+            code = n_sources < 16 ? aomc_sky_weighted_replicate(&file, band, replicate, sources + n_sources++) : 1;
     return code;
 }
 
@@ -169,11 +189,11 @@ int main(int count, char **arguments)
         int32_t band;
         uint64_t sum = 0;
         int code = aomc_sky_load(arguments[k], &file);
-        for (band = 0; code == 0 && band < file.n_bands; band++) {
+        for (band = 0; code == 0 && band < file.n_bands * file.n_replicates; band++) {
             int64_t n = 0, start, j;
             static double x[3][4096];
             static float y[3][4096];
-            code = aomc_sky_weighted_band(&file, band, &source);
+            code = aomc_sky_weighted_replicate(&file, band % file.n_bands, band / file.n_bands, &source);
             for (start = 0; code == 0 && start < source.n && start < 200000; start += n) {
                 if (file.precision == 8) n = aomc_sky_fill_double(&source, start, 4096, x[0], x[1], x[2]);
                 else n = aomc_sky_fill(&source, start, 4096, y[0], y[1], y[2]);
@@ -192,7 +212,8 @@ int main(int count, char **arguments)
                         aomc_sky_fill_weighted_double(&source, start, 4096, x[0], x[1], x[2], patch, NULL);
                     else if (j == 0)
                         aomc_sky_fill_weighted(&source, start, 4096, y[0], y[1], y[2], patch, NULL);
-                    weight = aomc_sky_weight(&source, patch[j]) * (2 + aomc_sky_component(&source, patch[j]));
+                    weight = weight_of(file.precision == 8, y[2][j], x[2][j], patch[j]);
+                    weight *= 2 + aomc_sky_component(&source, patch[j]);
                     sum = (sum ^ aomc_sky_bits(weight) ^ (uint64_t)patch[j]) * UINT64_C(0x9E3779B97F4A7C15);
                     sum ^= sum >> 32;
                 }
@@ -211,7 +232,7 @@ int main(int count, char **arguments)
             }
             if (n < 0) code = (int)n;
         }
-        if (code == 0 && file.n_bands <= 16 && driver_take_bands(0) == 0) {
+        if (code == 0 && file.n_bands * file.n_replicates <= 16 && driver_take_bands(0) == 0) {
             aomc_sky_stream stream;
             aomc_sky_particle p;
             int64_t part;

@@ -57,7 +57,7 @@ static double use_stream(const aomc_sky_file *file)
     int32_t band;
     if (file->n_bands > 8) return 0;
     for (band = 0; band < file->n_bands; band++)
-        if (aomc_sky_weighted_band(file, band, sources + band) != 0) return 0;
+        if (aomc_sky_weighted_replicate(file, band, file->n_replicates - 1, sources + band) != 0) return 0;
     if (aomc_sky_particles(&stream, sources, file->n_bands, 0, INT64_MAX) != 0 || stream.n == 0) return 0;
     from = (int64_t)draw((uint64_t)stream.n);
     if (aomc_sky_particles(&stream, sources, file->n_bands, from, stream.n - from > 700 ? from + 700 : stream.n)) return 0;
@@ -75,7 +75,8 @@ static void use(const aomc_sky_file *file)
     for (band = 0; band < file->n_bands; band++) {
         aomc_sky_source source;
         int64_t start, k, n;
-        if (aomc_sky_weighted_band(file, band, &source) != 0 || source.n == 0) continue;
+        int32_t replicate = (int32_t)draw((uint64_t)file->n_replicates);
+        if (aomc_sky_weighted_replicate(file, band, replicate, &source) != 0 || source.n == 0) continue;
         start = (int64_t)draw((uint64_t)source.n);
         if (file->precision == 4) {
             aomc_sky_fill(&source, start, 700, x[0], x[1], x[2]);
@@ -88,10 +89,11 @@ static void use(const aomc_sky_file *file)
             aomc_sky_numbers_double(&source, start, 700, y[0], NULL, y[2]);
             aomc_sky_positions_double(&source, start, 700, y[0], y[1]);
         }
-        for (k = 0; k < n; k++) sum += aomc_sky_weight(&source, patch[k]) + aomc_sky_component(&source, patch[k]);
+        for (k = 0; k < n; k++) sum += aomc_sky_component(&source, patch[k]);
         for (k = 0; k < 20; k++) {
             int64_t i = (int64_t)draw((uint64_t)source.n);
-            sum += file->precision == 4 ? (double)aomc_sky_at(&source, i).ux : aomc_sky_at_double(&source, i).ux;
+            sum += file->precision == 4 ? aomc_sky_weight(&source, aomc_sky_at(&source, i))
+                                        : aomc_sky_weight_double(&source, aomc_sky_at_double(&source, i));
         }
     }
     sum += use_stream(file);

@@ -27,6 +27,9 @@ FLAGS_OF_HOST = "-DAOMC_SKY_FLAGS_OF_HOST"
 """Leaves the header's own pragmas out, so that flags of a test have their way."""
 
 
+RECORDS = 192
+"""Where the records of the bands begin in a file."""
+
 STRICT = "-Wall -Wextra -pedantic -Wshadow -Werror"
 
 
@@ -75,7 +78,7 @@ class Driver:
         if hasattr(library, "driver_fill_weighted"):  # not in the driver of a GPU
             library.driver_fill_weighted.restype = library.driver_positions.restype = ctypes.c_int64
             library.driver_stream.restype = ctypes.c_int64
-            library.driver_weight.restype = library.driver_photon_light.restype = ctypes.c_double
+            library.driver_photon_light.restype = ctypes.c_double
         library.driver_checksum.restype = ctypes.c_uint64
         library.driver_message.restype = ctypes.c_char_p
         self._data = np.zeros(0, np.uint8)
@@ -104,11 +107,20 @@ class Driver:
     def photon_light(self):
         return float(self.library.driver_photon_light())
 
-    def of_patches(self, patch):
-        """Weight and component of patches."""
-        weight, component = self.library.driver_weight, self.library.driver_component
-        patches = [ctypes.c_int32(one) for one in patch.tolist()]
-        return np.array([weight(one) for one in patches]), np.array([component(one) for one in patches])
+    def replicate(self, band, replicate, *, weighted=False):
+        numbers = ctypes.c_int32(band), ctypes.c_int32(replicate)
+        return int(self.library.driver_replicate(*numbers, ctypes.c_int(weighted)))
+
+    def weights(self, uz, patch):
+        """Weights of photons one by one, float64, from their directions and patches."""
+        patch, uz, weight = np.ascontiguousarray(patch, np.int32), np.ascontiguousarray(uz), np.empty(patch.size)
+        is_double, n = ctypes.c_int(uz.dtype == np.float64), ctypes.c_int64(patch.size)
+        self.library.driver_weight(is_double, n, *map(_address, (uz, patch, weight)))
+        return weight
+
+    def components(self, patch):
+        """Numbers of the components of patches."""
+        return np.array([self.library.driver_component(ctypes.c_int32(one)) for one in patch.tolist()])
 
     def fill_weighted(self, start, rows, patch, weight, count=None):
         """Directions from `start` on into the rows (3, n), with patches and weights; either may be None."""

@@ -11,6 +11,7 @@ import numpy as np
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.errors import UsageError
 from aomc_sky.plan.plan import Plan
+from aomc_sky.whole_number import as_index_within
 
 try:
     from aomc_sky.emission.kernels.sampler import (
@@ -34,23 +35,29 @@ _kept: list[Any] = []
 
 
 def _require_host(plan: Plan, *, weighted: bool) -> None:
-    """Refuse plans with replicates, weights that the host does not know of, and all plans if the compiler is off."""
-    if any(component.weight is not None for component in plan.components):
+    """Refuse plans whose weights are no cells' or unknown to the host, and all plans if the compiler is off."""
+    if plan.weight_has_mu.any():
         raise UsageError(
-            "a host has no weights of photons that are launched by solid angle", "make the source without weights"
+            "photons that are launched by solid angle have weights of their own, which no cell has",
+            "take photons in batches, or from a source file",
         )
-    if plan.bias is not None and not weighted:
+    if plan.weight(0) is not None and not weighted:
         raise UsageError(
             "the photons of this source have weights, without which the light is wrong",
             "write numba_sampler(band, weighted=True), and count photon i with weights[patch(i)]",
         )
     if is_off():
         raise UsageError("hosts need numba's compiler", "unset NUMBA_DISABLE_JIT, or take photons in batches")
-    if (replicates := plan.replicates) > 1:
+
+
+def _replicate(plan: Plan, replicate: int | None) -> int:
+    """The replicate that a host asks for; a UsageError where there are several and it names none."""
+    if replicate is None and plan.replicates > 1:
         raise UsageError(
-            f"a host takes the photons of one randomisation, and this source has replicates={replicates}",
-            "make one source per seed with replicates=1",
+            f"this source has {plan.replicates} replicates, and a sampler has one",
+            f"write numba_sampler(band, replicate=r), 0 to {plan.replicates - 1}",
         )
+    return as_index_within(replicate or 0, "replicate", 0, plan.replicates - 1)
 
 
 class _Block:
@@ -100,6 +107,8 @@ class NumbaSampler:
         float32 or float64, that of the source.
     numbers : int
         Numbers that each photon carries; see `PhotonSource.photons`. [0 to 3]
+    replicate : int
+        The replicate whose photons these are; they count from its first one.
 
     Examples
     --------
@@ -110,35 +119,36 @@ class NumbaSampler:
     (True, 1000)
     """
 
-    def __init__(self, emitter: Emitter, band: int, numbers: int = 0, *, weighted: bool = False) -> None:
+    def __init__(
+        self, emitter: Emitter, band: int, numbers: int = 0, *, weighted: bool = False, replicate: int | None = None
+    ) -> None:
         _require_host(emitter.plan, weighted=weighted)
         self._emitter = emitter
-        self.band = band
-        self.n = emitter.n_photons(band)
+        self.band, self.replicate = band, _replicate(emitter.plan, replicate)
+        self._number = self.replicate * emitter.plan.n_bands + band
+        self.n = emitter.n_photons(self._number)
         self.precision = emitter.dtype
         self.numbers = numbers
         self._weighted = weighted
 
     def __getstate__(self) -> dict[str, Any]:  # functions hold addresses of this process: another one makes its own
-        return {"plan": self._emitter.plan, "band": self.band, "numbers": self.numbers, "weighted": self._weighted}
+        how = {"weighted": self._weighted, "replicate": self.replicate}
+        return {"plan": self._emitter.plan, "band": self.band, "numbers": self.numbers, "how": how}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__init__(  # type: ignore[misc]
-            Emitter(state["plan"]), state["band"], state["numbers"], weighted=state["weighted"]
-        )
+        self.__init__(Emitter(state["plan"]), state["band"], state["numbers"], **state["how"])  # type: ignore[misc]
 
     @property
     def weights(self) -> np.ndarray:
         """Weight of the photons of each cell, precision of the source, (n_cell,); 1 without a bias."""
         plan = self._emitter.plan
-        if plan.bias is None:
-            return np.ones(plan.n_cells, self.precision)
-        return (1.0 / plan.bias[plan.bands[self.band].row]).astype(self.precision)
+        weight = plan.weight(self.band)
+        return np.ones(plan.n_cells, self.precision) if weight is None else weight.astype(self.precision)
 
     @cached_property
     def patch(self) -> Any:
         """Jitted ``patch(i) -> int``: the cell of photon i, as `PhotonBatch.patch` has it."""
-        block = _Block((), self._emitter.patch_arguments(self.band))
+        block = _Block((), self._emitter.patch_arguments(self._number))
         return make_patch(block.as_function(), self.n)
 
     def __repr__(self) -> str:
@@ -153,8 +163,8 @@ class NumbaSampler:
         The index is an integer, 0 to n - 1; any other raises IndexError, a float or bool TypeError
         when it is compiled. Random access, no state, no GIL.
         """
-        photon_arguments = self._emitter.photon_arguments(self.band)
-        _, *words, jitter = self._emitter.number_arguments(self.band)
+        photon_arguments = self._emitter.photon_arguments(self._number)
+        _, *words, jitter = self._emitter.number_arguments(self._number)
         number_arguments = (self.precision.type(0), photon_arguments[0], *words, jitter or None)
         block = _Block(number_arguments if self.numbers else (), photon_arguments)
         return make_sample(self._emitter.hooks, block.as_function(), self.n, self.numbers)
@@ -167,5 +177,5 @@ class NumbaSampler:
         numbers; another type is a typing error. Beyond the end of the band fewer photons come, and none from there on.
         A negative `start` raises IndexError.
         """
-        block, function = _range_function(self._emitter, self.band)
+        block, function = _range_function(self._emitter, self._number)
         return make_fill(function, block.as_function(), self.n, self.precision, self.numbers)

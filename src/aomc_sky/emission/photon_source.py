@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import aomc_sky
-from aomc_sky.component import Component, Law
+from aomc_sky.component import Component
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments, moments_of_rows
 from aomc_sky.emission.photons import MAX_NUMBERS, Arrays, Photon, PhotonBatch, batch_arrays
@@ -63,6 +63,8 @@ class PhotonSource:
         self._n_bands = plan.n_bands
         self._emitter = Emitter(plan)
         self._stokes_of_row: dict[int, np.ndarray] = {}  # q and u of those that were asked for, float32 (2, n_cell)
+        self._weight_of_row: dict[int, np.ndarray] = {}  # in the precision of the source, (n_cell,)
+        self._has_mu, self._weights_have_mu = plan.weight_has_mu, bool(plan.weight_has_mu.any())
 
     @classmethod
     @in_default_mode
@@ -259,9 +261,8 @@ class PhotonSource:
         Where `weights=True` gives photons that are launched by solid angle a weight, `PhotonBatch.weight` alone has it.
         """
         band = self._band(band)
-        if self.plan.bias is None:
-            return np.ones(self.plan.n_cells)
-        return 1.0 / self.plan.bias[self.plan.bands[band].row]
+        weight = None if self.plan.bias is None else self.plan.weight(band)
+        return np.ones(self.plan.n_cells) if weight is None else weight
 
     def effective_photons(self, band: int) -> float:
         """As many independent photons of weight 1 would have the scatter of the weights: (sum w)^2 / sum w^2."""
@@ -304,17 +305,6 @@ class PhotonSource:
         """First photon of each replicate in its band, and the band's photons last, (n_band, replicates + 1)."""
         launched = self.plan.cumulative[:, -1].reshape(self.replicates, self.n_bands)
         return np.vstack([np.zeros_like(launched[:1]), np.cumsum(launched, axis=0)]).T
-
-    @cached_property
-    def _weight(self) -> np.ndarray:
-        if self.plan.bias is not None:
-            return (1.0 / self.plan.bias).astype(self.dtype)
-        return np.hstack([c.weight for c in self.components if c.weight is not None]).astype(self.dtype)
-
-    @cached_property
-    def _is_in_mu(self) -> np.ndarray:
-        """Whether the weight of the photons of each cell has a factor mu: those of law CELL_MU, without a bias."""
-        return (self.plan.law == Law.CELL_MU) & (not self.has_bias)
 
     def _band(self, band: int) -> int:
         band = _integer(band, "band")
@@ -453,21 +443,26 @@ class PhotonSource:
         lit = [part.sum() > 0 for part in parts]
         return [part * (t / part.sum()) if is_lit else part for part, t, is_lit in zip(parts, totals, lit, strict=True)]
 
-    def numba_sampler(self, band: int = 0, *, numbers: int = 0, weighted: bool = False) -> NumbaSampler:
+    def numba_sampler(
+        self, band: int = 0, *, numbers: int = 0, weighted: bool = False, replicate: int | None = None
+    ) -> NumbaSampler:
         """Return the photons of a band as jitted functions for your own `@njit` loop; see `NumbaSampler`.
 
         Each photon carries `numbers` further numbers, 0 to 3; see `photons`. The photons of a source with a bias have
-        weights: `weighted` says that the loop counts photon i with `weights[patch(i)]`.
+        weights: `weighted` says that the loop counts photon i with `weights[patch(i)]`. Of a source with replicates
+        the sampler has one, whose photons count from its first.
 
         Raises
         ------
         UsageError
-            The photons have weights and the loop does not know; replicates; numba's compiler is off.
+            The photons have weights and the loop does not know; weights of photons by solid angle, which cells do not
+            have; replicates of which none is named; numba's compiler is off.
         """
         from aomc_sky.emission.host import NumbaSampler
 
         require_default("a sampler inside a numba loop")
-        return NumbaSampler(self._emitter, self._band(band), _checked_numbers(numbers), weighted=weighted)
+        how: dict[str, Any] = {"weighted": weighted, "replicate": replicate}
+        return NumbaSampler(self._emitter, self._band(band), _checked_numbers(numbers), **how)
 
     @in_default_mode
     def to_bytes(self) -> bytes:
@@ -475,11 +470,6 @@ class PhotonSource:
 
         The bytes are those of `aomc_sky.write_source`: for an extension module, a message to other processes, a
         resource of a library.
-
-        Raises
-        ------
-        UsageError
-            The source has weights by solid angle or replicates, which the file does not hold.
         """
         from aomc_sky.emission.source_file import source_bytes
 
@@ -522,10 +512,12 @@ class PhotonSource:
             np.take(column, arrays["patch"], out=arrays[name])
 
     def _weigh(self, band: int, arrays: dict[str, Any]) -> None:
-        weight = arrays["weight"]
-        np.take(self._weight[self.plan.bands[band].row], arrays["patch"], out=weight)
-        if self._is_in_mu.any():
-            np.multiply(weight, -arrays["uz"], out=weight, where=self._is_in_mu[arrays["patch"]])
+        weight, row = arrays["weight"], self.plan.bands[band].row
+        if (of_cell := self._weight_of_row.get(row)) is None:
+            of_cell = self._weight_of_row[row] = np.asarray(self.plan.weight(band)).astype(self.dtype)
+        np.take(of_cell, arrays["patch"], out=weight)
+        if self._weights_have_mu:
+            np.multiply(weight, -arrays["uz"], out=weight, where=self._has_mu[arrays["patch"]])
 
 
 def _entries(arrays: Arrays, part: slice) -> Arrays:

@@ -7,6 +7,7 @@ once, so wavebands of one sky share them.
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,7 @@ import numpy as np
 from aomc_sky.emission.band import Band
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.source_witnesses import witnesses
-from aomc_sky.errors import UsageError
 from aomc_sky.plan.options import FootprintShape
-from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.streams import STREAM_VERSION
 
 MAGIC = b"AOMC-SKY"
@@ -29,15 +28,17 @@ FOOTPRINTS = (FootprintShape.POINT, FootprintShape.CIRCLE, FootprintShape.RECTAN
 _ALIGNMENT = 64
 _HEAD_BYTES = 192
 _RECORD_WORDS = 40
-_CHECKSUM_WORD = 5
+_CHECKSUM_WORD, _REPLICATES_WORD = 5, 16
 _NEEDED = 1
 _WEIGHT_KIND = 20
+_COARSER = 2
+"""A file has a quarter of the guide's entries: `fill` and `at` take as long, and the file has half the size."""
 _OPTIONAL = ("stokes", "components")
 """Sections that change no direction: a header that does not know them skips them."""
 
 
 def tables_of(emitter: Emitter, band: int, packed: Band) -> dict[str, np.ndarray | None]:
-    """The sections of a band with photons in the order of their kinds, which count from 1; None for what is not needed.
+    """The sections of a replicate band in the order of their kinds, which count from 1; None for what is not needed.
 
     The kernels have tables of slots. Here those of cells have an entry for each cell of the plan, so that wavebands of
     one sky share them.
@@ -48,10 +49,11 @@ def tables_of(emitter: Emitter, band: int, packed: Band) -> dict[str, np.ndarray
     has_laws = packed.law is not None and packed.law.size > 0
     ranges, bins, shapes, envelopes = (None,) * 4 if lobes is None else lobes.tables[:4]
     bin_proposals, bins_per_photon = (None, None) if packed.lobes is None else packed.lobes[3]
-    stokes = emitter.plan.stokes(band)
+    plan = emitter.plan
+    stokes = plan.stokes(band % plan.n_bands)
     return {
         "cumulative": packed.cumulative,
-        "guide": packed.guide.astype(np.uint32),
+        "guide": packed.guide[:: 1 << _COARSER].astype(np.uint32),
         "cell_of_slot": packed.cell_of_slot if packed.cell_of_slot.size else None,
         "place": (place >> half << np.uint64(32)) | (place & ((np.uint64(1) << half) - np.uint64(1))),
         "words": packed.words,
@@ -69,15 +71,10 @@ def tables_of(emitter: Emitter, band: int, packed: Band) -> dict[str, np.ndarray
         "bins_per_photon": bins_per_photon,
         "witnesses": witnesses(emitter, band),
         "stokes": None if stokes is None else stokes.astype(np.float32),
-        "weight": _weight(emitter, band),
-        "components": emitter.plan.component_start[1:].astype(np.int32),
+        "weight": None if (weight := plan.weight(band % plan.n_bands)) is None else weight.astype(emitter.dtype),
+        "components": plan.component_start[1:].astype(np.int32),
+        "replicates": np.array([plan.replicates], np.int32) if plan.replicates > 1 else None,
     }
-
-
-def _weight(emitter: Emitter, band: int) -> np.ndarray | None:
-    """Weight of the photons of each cell, rounded once; None without a bias."""
-    bias = emitter.plan.bias
-    return None if bias is None else (1.0 / bias[emitter.plan.bands[band].row]).astype(emitter.dtype)
 
 
 def _record(emitter: Emitter, band: int, packed: Band) -> np.ndarray:
@@ -89,7 +86,7 @@ def _record(emitter: Emitter, band: int, packed: Band) -> np.ndarray:
     words[7] = int(packed.order.size > 0) | int(packed.jitter) << 1 | is_net << 2
     words[8:11] = packed.order[3:] if packed.order.size else 0
     words[11:13], words[13:15] = packed.shifts, packed.steps
-    words[15:19] = packed.key, stream.position_key, packed.number, packed.guide_shift
+    words[15:19] = packed.key, stream.position_key, packed.number, int(packed.guide_shift) + _COARSER
     words[19:22], words[22:25] = stream.accept, stream.number_shifts[:3]
     if is_net:
         words[25] = stream.number_shifts[3]
@@ -128,39 +125,31 @@ class _Block:
         return self._known[data]
 
 
-def require_packable(plan: Plan) -> None:
-    """UsageError for plans that the file cannot hold: with weights by solid angle, or replicates."""
-    by_angle = "weights of photons that are launched by solid angle (weight times mu is left out)"
-    for is_there, what, advice in (
-        (any(c.weight is not None for c in plan.components), by_angle, "make it without weights"),
-        (plan.replicates > 1, f"{plan.replicates} replicates", "make one source per seed, each with replicates=1"),
-    ):
-        if is_there:
-            raise UsageError(f"a source file cannot hold {what}: {advice}")
-
-
 def source_bytes(emitter: Emitter) -> bytes:
     """The file of the source whose photons an emitter makes."""
     plan = emitter.plan
-    require_packable(plan)
-    records = _HEAD_BYTES + plan.n_bands * _RECORD_WORDS * 8
+    records = _HEAD_BYTES + plan.replicates * plan.n_bands * _RECORD_WORDS * 8
     block = _Block(records)
     all_words = []
-    for band in range(plan.n_bands):
+    photons = plan.cumulative[:, -1].reshape(plan.replicates, plan.n_bands).sum(axis=0).tolist()
+    has_mu = int(plan.weight_has_mu.any())
+    for replicate, band in itertools.product(range(plan.replicates), range(plan.n_bands)):
         words, directory = np.zeros(_RECORD_WORDS, np.uint64), np.zeros((0, 3), np.uint64)
-        if emitter.n_photons(band):
-            packed = emitter._packed(band)
-            words, sections = _record(emitter, band, packed), tables_of(emitter, band, packed)
+        number = replicate * plan.n_bands + band
+        if emitter.n_photons(number):
+            packed = emitter._packed(number)
+            words, sections = _record(emitter, number, packed), tables_of(emitter, number, packed)
             entries = enumerate(sections.items(), 1)
             directory = np.array([_entry(block, k, name, v) for k, (name, v) in entries if v is not None])
         absolute = plan.bands[band].irradiance_W_m2_nm
         irradiance = np.nan if absolute is None else np.sum(absolute)
         words[3:5] = np.array([plan.bands[band].wavelength_nm, irradiance], np.float64).view(np.uint64)
-        if n := emitter.n_photons(band):
+        if n := photons[band]:
             words[31] = np.float64(1.0 if absolute is None else irradiance / n).view(np.uint64)
-        words[32] = FOOTPRINTS.index(emitter.footprint.shape)
+        words[32] = FOOTPRINTS.index(emitter.footprint.shape) | has_mu << 8
         sizes = emitter.footprint.size_x_m, emitter.footprint.size_y_m
         words[33:35] = np.array(sizes, np.float64).view(np.uint64)
+        words[35] = replicate
         words[5:7] = block.put(directory.astype("<u8").tobytes()) if directory.size else records, len(directory)
         all_words.append(words.astype("<u8").tobytes())
     block.put(b"")
@@ -182,6 +171,7 @@ def _head(emitter: Emitter, size: int) -> bytes:
     """The first bytes of the file; the checksum is 0."""
     numbers = np.zeros(_HEAD_BYTES // 8, "<u8")
     numbers[4], numbers[6], numbers[7] = size, emitter.plan.n_bands, _HEAD_BYTES
+    numbers[_REPLICATES_WORD] = emitter.plan.replicates
     head = bytearray(numbers.tobytes())
     head[:8] = MAGIC
     head[8:16] = np.array([LAYOUT, emitter.dtype.itemsize], "<u4").tobytes()
@@ -196,12 +186,14 @@ def head_of(data: bytes) -> dict[str, Any] | None:
         return None
     words = np.frombuffer(data, "<u8")
     layout, precision = np.frombuffer(data[8:16], "<u4").tolist()
-    n_bands, at = int(words[6]), int(words[7]) // 8
+    n_bands, at, replicates = int(words[6]), int(words[7]) // 8, max(int(words[_REPLICATES_WORD]), 1)
+    n_records = n_bands * replicates
     is_whole = words[4] == len(data) and int(words[_CHECKSUM_WORD]) == checksum(data)
-    if layout != LAYOUT or not is_whole or at + n_bands * _RECORD_WORDS > words.size:
+    if layout != LAYOUT or not is_whole or at + n_records * _RECORD_WORDS > words.size:
         return None
-    records = words[at : at + n_bands * _RECORD_WORDS].reshape(n_bands, _RECORD_WORDS)
-    floats = records[:, 3:5].copy().view(np.float64)
+    records = words[at : at + n_records * _RECORD_WORDS].reshape(n_records, _RECORD_WORDS)
+    photons = records[:, 0].reshape(replicates, n_bands).sum(axis=0).tolist()
+    floats = records[:n_bands, 3:5].copy().view(np.float64)
     kinds: set[int] = set()
     for begin, n in records[:, 5:7].tolist():
         kinds |= set((words[begin // 8 : begin // 8 + 3 * n : 3] & np.uint64(0xFFFFFFFF)).tolist())
@@ -212,12 +204,13 @@ def head_of(data: bytes) -> dict[str, Any] | None:
         "plan_sha256": data[64:128].decode("ascii", "replace"),
         "bytes": len(data),
         "has_weights": _WEIGHT_KIND in kinds,
+        "replicates": replicates,
         "bands": [
             {
                 "waveband": band + 1,
                 "wavelength_nm": nm,
                 "irradiance_W_m2_nm": None if np.isnan(irradiance) else irradiance,
-                "photons": int(records[band, 0]),
+                "photons": photons[band],
             }
             for band, (nm, irradiance) in enumerate(floats.tolist())
         ],

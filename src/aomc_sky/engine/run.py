@@ -165,10 +165,6 @@ def run_job(
     this process do.
     """
     check_memory(source, options)
-    if SOURCE in options.formats:
-        from aomc_sky.emission.source_file import require_packable
-
-        require_packable(source.plan)
     folder, started = RunFolder(out), time.perf_counter()
     if not options.force:
         source = as_stored(source, folder)

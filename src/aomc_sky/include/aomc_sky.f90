@@ -17,7 +17,8 @@ module aomc_sky
     private
     public :: aomc_sky_file, aomc_sky_source, aomc_sky_photon, aomc_sky_photon_double, aomc_sky_load, aomc_sky_view, &
         aomc_sky_unload, aomc_sky_band, aomc_sky_at, aomc_sky_at_double, aomc_sky_fill, aomc_sky_fill_double, &
-        aomc_sky_weighted_band, aomc_sky_weight, aomc_sky_component, aomc_sky_fill_weighted, &
+        aomc_sky_weighted_band, aomc_sky_replicate, aomc_sky_weighted_replicate, aomc_sky_weight, &
+        aomc_sky_weight_double, aomc_sky_component, aomc_sky_fill_weighted, &
         aomc_sky_fill_weighted_double, &
         aomc_sky_stream, aomc_sky_particle, aomc_sky_particles, aomc_sky_next, &
         aomc_sky_position, aomc_sky_position_double, aomc_sky_positions, aomc_sky_positions_double, &
@@ -28,7 +29,8 @@ module aomc_sky
         type(c_ptr) :: bytes
         integer(c_int64_t) :: size
         integer(c_int32_t) :: n_bands, precision
-        character(kind=c_char) :: plan_sha256(65), is_owned, reserve(6)
+        character(kind=c_char) :: plan_sha256(65), is_owned, reserve(2)
+        integer(c_int32_t) :: n_replicates
     end type
 
     ! After these the fields are those of C; their words have the size that C says.
@@ -97,6 +99,21 @@ module aomc_sky
             type(aomc_sky_source), intent(out) :: source
         end function
 
+        ! The band of one replicate, from 0 to file%n_replicates - 1.
+        integer(c_int) function aomc_sky_replicate(file, band, replicate, source) bind(C)
+            import :: aomc_sky_file, aomc_sky_source, c_int, c_int32_t
+            type(aomc_sky_file), intent(in) :: file
+            integer(c_int32_t), value :: band, replicate
+            type(aomc_sky_source), intent(out) :: source
+        end function
+
+        integer(c_int) function aomc_sky_weighted_replicate(file, band, replicate, source) bind(C)
+            import :: aomc_sky_file, aomc_sky_source, c_int, c_int32_t
+            type(aomc_sky_file), intent(in) :: file
+            integer(c_int32_t), value :: band, replicate
+            type(aomc_sky_source), intent(out) :: source
+        end function
+
         type(aomc_sky_photon) function aomc_sky_at(source, i) bind(C)
             import :: aomc_sky_photon, aomc_sky_source, c_int64_t
             type(aomc_sky_source), intent(in) :: source
@@ -123,12 +140,20 @@ module aomc_sky
             real(c_double), intent(out) :: ux(*), uy(*), uz(*)
         end function
 
-        ! Weight of the photons of a patch, 1 where a file has none, and number of its component, from 0.
-        real(c_double) function aomc_sky_weight(source, patch) bind(C)
-            import :: aomc_sky_source, c_double, c_int32_t
+        ! Weight of a photon that aomc_sky_at gave, 1 where a file has none.
+        real(c_double) function aomc_sky_weight(source, photon) bind(C)
+            import :: aomc_sky_photon, aomc_sky_source, c_double
             type(aomc_sky_source), intent(in) :: source
-            integer(c_int32_t), value :: patch
+            type(aomc_sky_photon), value :: photon
         end function
+
+        real(c_double) function aomc_sky_weight_double(source, photon) bind(C)
+            import :: aomc_sky_photon_double, aomc_sky_source, c_double
+            type(aomc_sky_source), intent(in) :: source
+            type(aomc_sky_photon_double), value :: photon
+        end function
+
+        ! Number of the component of a patch, from 0.
 
         integer(c_int32_t) function aomc_sky_component(source, patch) bind(C)
             import :: aomc_sky_source, c_int32_t

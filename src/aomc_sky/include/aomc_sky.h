@@ -15,7 +15,7 @@
  *
  * Where photons have weights (a bias, which shares them out otherwise than light), aomc_sky_band answers with a code.
  * A host that counts weights opens with aomc_sky_weighted_band, and takes aomc_sky_fill_weighted, or
- * aomc_sky_weight(&source, p.patch).
+ * aomc_sky_weight(&source, p). A file with replicates is opened replicate by replicate, with aomc_sky_replicate.
  *
  * All bands in one go, each photon with its light, patch, component and position:
  *
@@ -147,7 +147,8 @@ enum {
     AOMC_SKY_RANGE = -14,      /* start or n is negative */
     AOMC_SKY_TRIALS = -15,     /* photons are refused again and again: the file is not one of ours */
     AOMC_SKY_WEIGHTS = -16,    /* photons have weights: aomc_sky_weighted_band opens the band */
-    AOMC_SKY_UNITS = -17       /* of the bands of a stream some have an irradiance and others have none */
+    AOMC_SKY_UNITS = -17,      /* of the bands of a stream some have an irradiance and others have none */
+    AOMC_SKY_REPLICATES = -18  /* a band has replicates: aomc_sky_replicate opens one */
 };
 
 typedef struct aomc_sky_file {
@@ -157,7 +158,8 @@ typedef struct aomc_sky_file {
     int32_t precision;    /* bytes of a float: 4 or 8 */
     char plan_sha256[65]; /* name of the plan, text */
     char is_owned;        /* whether `unload` frees the bytes */
-    char reserve[6];
+    char reserve[2];
+    int32_t n_replicates; /* independent runs that share the photons of each band */
 } aomc_sky_file;
 
 /* The photons of a band. Its pointers lead into the bytes of the file, which must not change. */
@@ -193,7 +195,8 @@ typedef struct aomc_sky_source {
     uint64_t n_component; /* 0: an older file */
     uint64_t footprint;   /* AOMC_SKY_POINT and following */
     double footprint_m[2];
-    uint64_t reserve[5]; /* 512 bytes in all, as aomc_sky.f90 says */
+    uint64_t weight_has_mu; /* the weight of photons that are launched by solid angle: that of the cell times mu */
+    uint64_t reserve[4];    /* 512 bytes in all, as aomc_sky.f90 says */
 } aomc_sky_source;
 
 /* `patch` is the cell over all components, as in counts.csv. */
@@ -755,6 +758,11 @@ SKY_FN void aomc_sky_lobe_photon(
 
 /* ---- the text for one precision follows: at the end of the file, read twice ---- */
 
+/* Whether photons of a cell are launched by solid angle */
+SKY_FORMULA int aomc_sky_is_in_mu(const aomc_sky_source *s, int32_t cell) {
+    return (s->law ? s->law[cell] : s->law_of_all) == AOMC_SKY_CELL_MU;
+}
+
 #define AOMC_SKY_PRECISION 4
 #define SKY_F float
 #define SKY_(name) aomc_sky_##name##_f32
@@ -1033,12 +1041,24 @@ AOMC_SKY_API int64_t aomc_sky_fill_double(
     return n <= 0 ? n : aomc_sky_range_f64(source, (uint64_t)start, (uint64_t)n, ux, uy, uz, NULL, NULL, NULL);
 }
 
-/* Weight of the photons of a patch: 1 where a file has no weights, NaN for a patch that is not there. */
-AOMC_SKY_API double aomc_sky_weight(const aomc_sky_source *source, int32_t patch) {
-    if (!source || patch < 0 || patch >= source->n_cell) return NAN;
+/* Weight of a photon that `at` gave: 1 where a file has no weights; NaN for a patch that is not there and for a source
+ * of the other precision. */
+AOMC_SKY_API double aomc_sky_weight(const aomc_sky_source *source, aomc_sky_photon photon) {
+    float weight;
+    if (!source || photon.patch < 0 || photon.patch >= source->n_cell || source->precision != 4) return NAN;
     if (!source->weights) return 1.0;
-    if (source->precision == 4) return (double)((const float *)source->weights)[patch];
-    return ((const double *)source->weights)[patch];
+    weight = ((const float *)source->weights)[photon.patch];
+    if (source->weight_has_mu && aomc_sky_is_in_mu(source, photon.patch)) weight *= -photon.uz;
+    return (double)weight;
+}
+
+AOMC_SKY_API double aomc_sky_weight_double(const aomc_sky_source *source, aomc_sky_photon_double photon) {
+    double weight;
+    if (!source || photon.patch < 0 || photon.patch >= source->n_cell || source->precision != 8) return NAN;
+    if (!source->weights) return 1.0;
+    weight = ((const double *)source->weights)[photon.patch];
+    if (source->weight_has_mu && aomc_sky_is_in_mu(source, photon.patch)) weight *= -photon.uz;
+    return weight;
 }
 
 /* Number of the component of a patch, as `component_of` in Python; -1 for a patch that is not there, or of an older
@@ -1278,7 +1298,8 @@ enum {
     AOMC_SKY_STOKES,
     AOMC_SKY_WEIGHT,
     AOMC_SKY_COMPONENTS,
-    AOMC_SKY_LAST_KIND = AOMC_SKY_COMPONENTS
+    AOMC_SKY_REPLICATE_COUNT,
+    AOMC_SKY_LAST_KIND = AOMC_SKY_REPLICATE_COUNT
 };
 enum { AOMC_SKY_HEAD_BYTES = 192, AOMC_SKY_RECORD_WORDS = 40, AOMC_SKY_ENTRY_WORDS = 3 };
 
@@ -1365,8 +1386,8 @@ SKY_HOST int aomc_sky_read_record(const aomc_sky_file *file, const uint64_t *r, 
     if (!(s->photon_light >= 0.0 && s->photon_light <= DBL_MAX)) return AOMC_SKY_TABLE;
     if (s->photon_light == 0.0 && n > 0) /* an older file: it does not say */
         s->photon_light = s->irradiance_W_m2_nm == s->irradiance_W_m2_nm ? s->irradiance_W_m2_nm / (double)n : 1.0;
-    if (r[32] > AOMC_SKY_RECTANGLE) return AOMC_SKY_NEWER;
-    s->footprint = r[32];
+    if ((r[32] & 0xFF) > AOMC_SKY_RECTANGLE || r[32] >> 9) return AOMC_SKY_NEWER;
+    s->footprint = r[32] & 0xFF, s->weight_has_mu = r[32] >> 8;
     memcpy(s->footprint_m, r + 33, 16);
     for (k = 0; k < 2; k++)
         if (!(s->footprint_m[k] >= 0.0 && s->footprint_m[k] <= DBL_MAX)) return AOMC_SKY_TABLE;
@@ -1374,15 +1395,17 @@ SKY_HOST int aomc_sky_read_record(const aomc_sky_file *file, const uint64_t *r, 
     return r[28] > r[29] || r[29] > 0x7FFFFFF0 ? AOMC_SKY_TABLE : 0;
 }
 
-/* The band with pointers from `base` on. The lengths of its sections are checked, what is in them is not. */
-SKY_HOST int aomc_sky_open_band(
-    const aomc_sky_file *file, int32_t band, const void *base, aomc_sky_source *s, aomc_sky_section *t) {
+/* The band of a replicate with pointers from `base` on. The lengths of its sections are checked, what is in them is
+ * not. */
+SKY_HOST int aomc_sky_open_band(const aomc_sky_file *file, int32_t band, int32_t replicate, const void *base,
+    aomc_sky_source *s, aomc_sky_section *t) {
     uint64_t r[AOMC_SKY_RECORD_WORDS], at, n_cell, n_lobe;
     const unsigned char *from = (const unsigned char *)base;
     const int8_t *law;
     int code;
     memcpy(&at, file->bytes + 56, 8);
-    memcpy(r, file->bytes + at + (uint64_t)band * sizeof r, sizeof r);
+    memcpy(r, file->bytes + at + ((uint64_t)replicate * (uint64_t)file->n_bands + (uint64_t)band) * sizeof r, sizeof r);
+    if (r[35] != (uint64_t)replicate) return AOMC_SKY_DIRECTORY;
     code = aomc_sky_read_record(file, r, s);
     if (code == 0) code = aomc_sky_sections(file, r, t);
     if (code != 0 || s->n == 0) return code;
@@ -1409,7 +1432,8 @@ SKY_HOST int aomc_sky_open_band(
         t[AOMC_SKY_WITNESSES].count % 12 != 0 || !aomc_sky_fits(t + AOMC_SKY_STOKES, 4, 2 * n_cell, 1))
         return AOMC_SKY_DIRECTORY;
     s->n_component = t[AOMC_SKY_COMPONENTS].count;
-    if (!aomc_sky_fits(t + AOMC_SKY_WEIGHT, (uint64_t)s->precision, n_cell, 1) ||
+    if (!aomc_sky_fits(t + AOMC_SKY_WEIGHT, (uint64_t)s->precision, n_cell, !s->weight_has_mu) ||
+        !aomc_sky_fits(t + AOMC_SKY_REPLICATE_COUNT, 4, 1, file->n_replicates == 1) ||
         (t[AOMC_SKY_COMPONENTS].at &&
             (t[AOMC_SKY_COMPONENTS].width != 4 || s->n_component < 1 || s->n_component > n_cell)))
         return AOMC_SKY_DIRECTORY;
@@ -1500,14 +1524,13 @@ SKY_HOST int aomc_sky_check_cells(const aomc_sky_source *s, uint64_t n_words) {
     return bad == 0 && (!s->perez_word || aomc_sky_are_bounded(s->sky, 11, DBL_MAX));
 }
 
-/* Whether every weight is positive and at most that of `plan/bias.py`, and the components follow each other up to the
- * last cell. */
+/* Whether every weight is a finite number, not negative, and the components follow each other up to the last cell. */
 SKY_HOST int aomc_sky_check_weights(const aomc_sky_source *s) {
     uint64_t k, bad = 0;
     int32_t cell, end = 0;
     for (cell = 0; s->weights && cell < s->n_cell; cell++) {
-        double weight = aomc_sky_weight(s, cell);
-        bad += !(weight > 0.0 && weight <= 1e6 * (1.0 + 1e-6));
+        double weight = s->precision == 4 ? (double)((const float *)s->weights)[cell] : ((const double *)s->weights)[cell];
+        bad += !(weight >= 0.0 && weight <= DBL_MAX);
     }
     for (k = 0; k < s->n_component; end = s->component_ends[k++]) bad += s->component_ends[k] <= end;
     return bad == 0 && (s->n_component == 0 || end == s->n_cell);
@@ -1552,14 +1575,31 @@ SKY_HOST int aomc_sky_check_lobes(const aomc_sky_source *s, uint64_t n_lobe, uin
     return 1;
 }
 
+/* 0, or what is wrong with the band of a replicate. */
+SKY_HOST int aomc_sky_check_band(const aomc_sky_file *file, int32_t band, int32_t replicate, aomc_sky_source *s) {
+    aomc_sky_section t[AOMC_SKY_LAST_KIND + 1];
+    uint32_t n_replicates;
+    int code = aomc_sky_open_band(file, band, replicate, file->bytes, s, t);
+    if (code != 0 || s->n == 0) return code;
+    if (t[AOMC_SKY_REPLICATE_COUNT].at) {
+        memcpy(&n_replicates, t[AOMC_SKY_REPLICATE_COUNT].at, 4);
+        if (n_replicates != (uint32_t)file->n_replicates) return AOMC_SKY_DIRECTORY;
+    }
+    if (!aomc_sky_check_slots(s)) return AOMC_SKY_TABLE;
+    if (s->lobe && !aomc_sky_check_lobes(s, t[AOMC_SKY_RANGES].count / 4, t[AOMC_SKY_BINS].count,
+                       t[AOMC_SKY_ENVELOPES].count))
+        return AOMC_SKY_TABLE;
+    if (!aomc_sky_check_cells(s, t[AOMC_SKY_WORDS].count) || !aomc_sky_check_weights(s)) return AOMC_SKY_TABLE;
+    return aomc_sky_witness(s);
+}
+
 /* Take a file that is in memory, aligned to 8 bytes: from mmap, MPI_Bcast, an array. Nothing is copied. */
 AOMC_SKY_HOST_API int aomc_sky_view(const void *bytes, uint64_t size, aomc_sky_file *file) {
     const unsigned char *from = (const unsigned char *)bytes;
-    aomc_sky_section t[AOMC_SKY_LAST_KIND + 1];
     aomc_sky_source source;
-    uint64_t word;
+    uint64_t word, n_replicates;
     uint32_t layout, precision, n_bands;
-    int32_t band;
+    int32_t band, replicate;
     int code = 0;
     if (!file) return AOMC_SKY_NULL;
     memset(file, 0, sizeof *file);
@@ -1577,22 +1617,17 @@ AOMC_SKY_HOST_API int aomc_sky_view(const void *bytes, uint64_t size, aomc_sky_f
     if (memcmp(from + 16, AOMC_SKY_STREAM "\0\0\0\0\0", 16) != 0) return AOMC_SKY_STREAMS;
     memcpy(&n_bands, from + 48, 4);
     memcpy(&word, from + 56, 8);
+    memcpy(&n_replicates, from + 128, 8);
+    if (n_replicates == 0) n_replicates = 1; /* an older file */
     if ((precision != 4 && precision != 8) || word % 64 != 0 || word > size || n_bands > 0x7FFFFFFF ||
-        n_bands > (size - word) / (8 * AOMC_SKY_RECORD_WORDS))
+        n_replicates > 0x7FFFFFFF || n_bands * n_replicates > (size - word) / (8 * AOMC_SKY_RECORD_WORDS))
         return AOMC_SKY_DIRECTORY;
     file->bytes = from, file->size = size, file->n_bands = (int32_t)n_bands, file->precision = (int32_t)precision;
+    file->n_replicates = (int32_t)n_replicates;
     memcpy(file->plan_sha256, from + 64, 64);
-    for (band = 0; band < file->n_bands && code == 0; band++) {
-        code = aomc_sky_open_band(file, band, bytes, &source, t);
-        if (code != 0 || source.n == 0) continue;
-        if (!aomc_sky_check_slots(&source)) code = AOMC_SKY_TABLE;
-        else if (source.lobe && !aomc_sky_check_lobes(&source, t[AOMC_SKY_RANGES].count / 4, t[AOMC_SKY_BINS].count,
-                                    t[AOMC_SKY_ENVELOPES].count))
-            code = AOMC_SKY_TABLE;
-        else if (!aomc_sky_check_cells(&source, t[AOMC_SKY_WORDS].count) || !aomc_sky_check_weights(&source))
-            code = AOMC_SKY_TABLE;
-        else code = aomc_sky_witness(&source);
-    }
+    for (replicate = 0; replicate < file->n_replicates && code == 0; replicate++)
+        for (band = 0; band < file->n_bands && code == 0; band++)
+            code = aomc_sky_check_band(file, band, replicate, &source);
     if (code != 0) memset(file, 0, sizeof *file);
     return code;
 }
@@ -1628,27 +1663,47 @@ AOMC_SKY_HOST_API void aomc_sky_unload(aomc_sky_file *file) {
     memset(file, 0, sizeof *file);
 }
 
-/* Band `band`, from 0, whose bytes are copied to `device_bytes`, for use there, by a host that counts each photon with
- * its weight. The weights of a file that has none are 1. */
-AOMC_SKY_HOST_API int aomc_sky_weighted_band_at(
-    const aomc_sky_file *file, int32_t band, const void *device_bytes, aomc_sky_source *source) {
+/* Band `band`, from 0, of replicate `replicate`, from 0, whose bytes are copied to `device_bytes`, for use there, by a
+ * host that counts each photon with its weight. The weights of a file that has none are 1. */
+AOMC_SKY_HOST_API int aomc_sky_weighted_replicate_at(const aomc_sky_file *file, int32_t band, int32_t replicate,
+    const void *device_bytes, aomc_sky_source *source) {
     aomc_sky_section t[AOMC_SKY_LAST_KIND + 1];
     if (!file || !file->bytes || !device_bytes || !source) return AOMC_SKY_NULL;
-    if (band < 0 || band >= file->n_bands) return AOMC_SKY_NO_BAND;
-    return aomc_sky_open_band(file, band, device_bytes, source, t);
+    if (band < 0 || band >= file->n_bands || replicate < 0 || replicate >= file->n_replicates) return AOMC_SKY_NO_BAND;
+    return aomc_sky_open_band(file, band, replicate, device_bytes, source, t);
 }
 
-/* The same for a host that counts all photons alike: a band with weights has a code, AOMC_SKY_WEIGHTS, and no
- * photons. */
+AOMC_SKY_HOST_API int aomc_sky_weighted_replicate(
+    const aomc_sky_file *file, int32_t band, int32_t replicate, aomc_sky_source *source) {
+    return aomc_sky_weighted_replicate_at(file, band, replicate, file ? file->bytes : NULL, source);
+}
+
+/* No photons of a band that the host would count wrongly: its code. */
+SKY_HOST int aomc_sky_refused(int code, aomc_sky_source *source) {
+    memset(source, 0, sizeof *source);
+    return code;
+}
+
+/* The same for a host that counts all photons alike: a band with weights has a code, AOMC_SKY_WEIGHTS, and no photons. */
+AOMC_SKY_HOST_API int aomc_sky_replicate(
+    const aomc_sky_file *file, int32_t band, int32_t replicate, aomc_sky_source *source) {
+    int code = aomc_sky_weighted_replicate(file, band, replicate, source);
+    return code == 0 && source->weights ? aomc_sky_refused(AOMC_SKY_WEIGHTS, source) : code;
+}
+
+/* Band `band`, from 0, of a file without replicates; one with them has a code, AOMC_SKY_REPLICATES, and no photons. */
+AOMC_SKY_HOST_API int aomc_sky_weighted_band_at(
+    const aomc_sky_file *file, int32_t band, const void *device_bytes, aomc_sky_source *source) {
+    int code = aomc_sky_weighted_replicate_at(file, band, 0, device_bytes, source);
+    return code == 0 && file->n_replicates > 1 ? aomc_sky_refused(AOMC_SKY_REPLICATES, source) : code;
+}
+
 AOMC_SKY_HOST_API int aomc_sky_band_at(
     const aomc_sky_file *file, int32_t band, const void *device_bytes, aomc_sky_source *source) {
     int code = aomc_sky_weighted_band_at(file, band, device_bytes, source);
-    if (code != 0 || !source->weights) return code;
-    memset(source, 0, sizeof *source);
-    return AOMC_SKY_WEIGHTS;
+    return code == 0 && source->weights ? aomc_sky_refused(AOMC_SKY_WEIGHTS, source) : code;
 }
 
-/* Band `band`, from 0: of a host that counts each photon with its weight, and of one that counts all alike. */
 AOMC_SKY_HOST_API int aomc_sky_weighted_band(const aomc_sky_file *file, int32_t band, aomc_sky_source *source) {
     return aomc_sky_weighted_band_at(file, band, file ? file->bytes : NULL, source);
 }
@@ -1680,9 +1735,10 @@ AOMC_SKY_HOST_API const char *aomc_sky_message(int64_t code) {
     case AOMC_SKY_RANGE: return "start or count is negative";
     case AOMC_SKY_TRIALS: return "photons are refused again and again: the file is not one that aomc-sky wrote";
     case AOMC_SKY_WEIGHTS:
-        return "the photons have weights: open the band with aomc_sky_weighted_band, and count each photon with its "
-               "weight";
+        return "the photons have weights: open the band with aomc_sky_weighted_band (a replicate with "
+               "aomc_sky_weighted_replicate), and count each photon with its weight";
     case AOMC_SKY_UNITS: return "some of the sources have an irradiance and others have none: they have no common light";
+    case AOMC_SKY_REPLICATES: return "the band has replicates, independent runs: open each with aomc_sky_replicate";
     default: return code >= 0 ? "no error" : "an unknown code";
     }
 }
@@ -2430,12 +2486,14 @@ SKY_FN uint64_t SKY_(lobes)(
 
 /* ---- emission/kernels/emit.py again ---- */
 
-/* `_weigh` of emission/photon_source.py: the weights of the photons of cells */
-SKY_APART void SKY_(weigh)(
-    const aomc_sky_source *s, uint64_t m, const int32_t *SKY_ALONE cell, SKY_F *SKY_ALONE weight) {
+/* `_weigh` of emission/photon_source.py: the weights of the photons of cells, whose directions have these z */
+SKY_APART void SKY_(weigh)(const aomc_sky_source *s, uint64_t m, const int32_t *SKY_ALONE cell,
+    const SKY_F *SKY_ALONE z, SKY_F *SKY_ALONE weight) {
     const SKY_F *of_cell = (const SKY_F *)s->weights;
     uint64_t j;
     for (j = 0; j < m; j++) weight[j] = of_cell ? of_cell[(uint32_t)cell[j]] : (SKY_F)1;
+    for (j = 0; s->weight_has_mu && j < m; j++)
+        if (aomc_sky_is_in_mu(s, cell[j])) weight[j] *= -z[j];
 }
 
 /* emit for one block; returns how many trials it took beside the first ones */
@@ -2445,7 +2503,6 @@ SKY_FN uint64_t SKY_(block)(const aomc_sky_source *s, uint64_t start, uint64_t m
     uint64_t j, tries = 0;
     SKY_(gather)(s, start, m, &c);
     if (patch) memcpy(patch, c.cell, m * sizeof *patch);
-    if (weight) SKY_(weigh)(s, m, c.cell, weight);
     SKY_(places)(s, m, &c);
     for (j = 0; s->perez_word && j < m; j++) c.cell_word[j] = s->perez_word[c.cell[j]]; /* gather_cell_words */
     if (s->perez_word)
@@ -2455,6 +2512,7 @@ SKY_FN uint64_t SKY_(block)(const aomc_sky_source *s, uint64_t start, uint64_t m
     else if (s->law) tries += SKY_(other_laws)(s, m, &c, x, y, z);
     if (s->perez_word) tries += SKY_(reject)(s, m, &c, x, y, z, inside);
     if (s->lobe) tries += SKY_(lobes)(s, m, &c, x, y, z, inside);
+    if (weight) SKY_(weigh)(s, m, c.cell, z, weight);
     return tries;
 }
 
@@ -2520,8 +2578,8 @@ SKY_FN void SKY_(runs)(const aomc_sky_source *s, uint64_t start, uint64_t n, SKY
     }
 }
 
-/* cells and weights of photons in patch order; either may be NULL. A run is written in whole groups, of which the next
- * run writes the rest again. */
+/* cells and weights of photons in patch order, of which none is launched by solid angle; either may be NULL. A run is
+ * written in whole groups, of which the next run writes the rest again. */
 SKY_APART void SKY_(cells_of_runs)(
     const aomc_sky_source *s, uint64_t start, uint64_t n, int32_t *patch, SKY_F *weight) {
     uint64_t j = 0, k, lo, m, slot = aomc_sky_slot(s, start), end;

@@ -47,8 +47,6 @@ def write_source(source: PhotonSource, path: str | Path) -> None:
 
     Raises
     ------
-    UsageError
-        The source has weights by solid angle or replicates, which the file does not hold.
     OutputError
         The operating system refuses, or the disk is full; nothing half-written is left.
 

@@ -172,6 +172,20 @@ class Plan:
         """The `mass` of several bands."""
         return [self.mass(band) for band in bands]
 
+    def weight(self, band: int) -> np.ndarray | None:
+        """Weight of the photons of each cell in a band, float64 (n_cell,), or None; see `weight_has_mu`."""
+        row = self.row_of(band)
+        if self.bias is not None:
+            return np.asarray(1.0 / self.bias[row])
+        parts = [component.weight[row] for component in self.components if component.weight is not None]
+        return np.concatenate(parts) if parts else None
+
+    @property
+    def weight_has_mu(self) -> np.ndarray:
+        """Whether photons of each cell have a further factor mu, bool (n_cell,): those launched by solid angle."""
+        has_weight = all(component.weight is not None for component in self.components)
+        return np.asarray((self.law == Law.CELL_MU) & has_weight)
+
     def stokes(self, band: int) -> np.ndarray | None:
         """Q/I and U/I of each cell in a band, float64 (n_cell, 2), 0 for unpolarised ones; None where all are."""
         row = self.row_of(band)

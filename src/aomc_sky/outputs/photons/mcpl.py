@@ -267,7 +267,7 @@ def _comments(source: PhotonSource, bands: Sequence[int]) -> tuple[str, ...]:
         "positions: cm, where the photon enters the surface; origin at the centre of the footprint, z = 0",
         "energy: h c / wavelength of the waveband; time 0; " + weight,
         flags,
-        *([_components(source)] if source.has_bias else []),
+        *([_components(source)] if len(source.components) > 1 else []),
         *([_AXES] if source.has_polarisation else []),
         *_wavelengths(source, bands),
         *_runs(source, bands).comments(),
