@@ -87,6 +87,7 @@ USAGE = {
         "--row (row=) are not used: the light is that of the atmosphere of sky.toml",
     f"perez --sun-zenith 40 {FIVE} --limits paper":
         "--limits (limits=) is not used: the sky is a perez sky of coefficients -1, -0.3, 5",
+    "run scene --wind 5": "run has no option --wind; leave it out: surface, wind and waves are the transport code's",
     "run scene --limits paper": "run has no option --limits; write limits below [perez] of sky.toml",
     "verify out --scene scene --coefficients 1": "write a to e below [perez] of sky.toml",
     "info scene --moon-zenith 40": "write moon_zenith_deg below [atmosphere] of sky.toml",

@@ -51,6 +51,17 @@ def test_clang(files, flags, tmp_path):
     assert sums(["clang", *flags.split()], tmp_path, files[0]) == files[1]
 
 
+def test_a_host_under_fast_math_links_the_header_compiled_apart(files, tmp_path):
+    """`-Ofast` for all but aomc_sky.c, and flush-to-zero for the process; planted: no such unit."""
+    run(["gcc", "-O3", "-c", f"-I{include_dir()}", str(include_dir() / "aomc_sky.c")], tmp_path)
+    for compiler in ("gcc", "clang"):
+        if shutil.which(compiler) is not None:
+            apart = [compiler, "-Ofast", "-march=native", "-DAOMC_SKY_DECLARE_ONLY", "aomc_sky.o"]
+            assert sums(apart, tmp_path, files[0]) == files[1]
+            lines = sums([compiler, "-Ofast"], tmp_path, files[0])
+            assert all(line.startswith("-11 ") for line in lines if line)
+
+
 @pytest.mark.parametrize("flags", FLAGS)
 def test_aarch64(files, flags, tmp_path):
     compiler, emulator = _aarch64()

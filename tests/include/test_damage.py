@@ -326,6 +326,16 @@ def test_a_source_that_is_null_has_a_code_and_conversions_do_not_warn(compiler, 
     run(["./use"], tmp_path)
 
 
+def test_every_function_is_declared():
+    """`AOMC_SKY_DECLARE_ONLY` has all functions; that declarations are right is the compiler's to say."""
+    text = HEADER.read_text()
+    declared, defined = text.split("#ifndef AOMC_SKY_DECLARE_ONLY\n")
+    first = r"^AOMC_SKY_(?:HOST_)?API [^;{]*?\b(aomc_sky_\w+)\([^;{]*"
+    names = re.findall(first + ";", declared, re.MULTILINE)
+    assert sorted(names) == sorted(re.findall(first + r"\{", defined, re.MULTILINE))
+    assert len(names) == len(set(names)) > 30
+
+
 def test_every_code_has_a_sentence_and_checksums_agree(data):
     texts = [built().message(code) for code in CODES.values()]
     assert len(set(texts)) == len(CODES) == 18

@@ -5,6 +5,14 @@
 extern "C" {
 #endif
 
+/* the bits of a number */
+static inline uint64_t word_of(double x)
+{
+    uint64_t word;
+    memcpy(&word, &x, 8);
+    return word;
+}
+
 static aomc_sky_file file;
 static aomc_sky_source source, sources[16];
 static int32_t n_sources;
@@ -214,14 +222,14 @@ int main(int count, char **arguments)
                         aomc_sky_fill_weighted(&source, start, 4096, y[0], y[1], y[2], patch, NULL);
                     weight = weight_of(file.precision == 8, y[2][j], x[2][j], patch[j]);
                     weight *= 2 + aomc_sky_component(&source, patch[j]);
-                    sum = (sum ^ aomc_sky_bits(weight) ^ (uint64_t)patch[j]) * UINT64_C(0x9E3779B97F4A7C15);
+                    sum = (sum ^ word_of(weight) ^ (uint64_t)patch[j]) * UINT64_C(0x9E3779B97F4A7C15);
                     sum ^= sum >> 32;
                 }
                 if (file.precision == 8) aomc_sky_positions_double(&source, start, n, x[0], x[1]);
                 else aomc_sky_positions(&source, start, n, y[0], y[1]);
                 for (j = 0; j < n; j++) {
                     double place = file.precision == 8 ? x[0][j] - x[1][j] : (double)y[0][j] - (double)y[1][j];
-                    sum = (sum ^ aomc_sky_bits(place)) * UINT64_C(0x9E3779B97F4A7C15);
+                    sum = (sum ^ word_of(place)) * UINT64_C(0x9E3779B97F4A7C15);
                 }
                 for (j = 0; j < n && j < 64; j++) {
                     uint64_t word = 0;
@@ -241,7 +249,7 @@ int main(int count, char **arguments)
                 int64_t from = part == 0 || stream.n < 10000 ? 0 : (stream.n - 10000) / 2 * part;
                 if (made == 0) made = aomc_sky_particles(&stream, sources, n_sources, from, from + 10000);
                 while (made == 0 && (made = aomc_sky_next(&stream, &p)) > 0) {
-                    sum = (sum ^ aomc_sky_bits(p.ux) ^ aomc_sky_bits(p.weight)) * UINT64_C(0x9E3779B97F4A7C15);
+                    sum = (sum ^ word_of(p.ux) ^ word_of(p.weight)) * UINT64_C(0x9E3779B97F4A7C15);
                     sum ^= (uint64_t)p.index ^ (uint64_t)p.band ^ (uint64_t)p.component << 32;
                     made = 0;
                 }

@@ -148,6 +148,8 @@ def _usage_of(needed: Iterable[argparse.Action]) -> str:
 
 def _elsewhere(word: str, *, reads_scenes: bool) -> str:
     """What to write for an option that stands in sky.toml or does nothing here; empty for another word."""
+    if word in OF_HOSTS:
+        return "leave it out: surface, wind and waves are the transport code's, and photons arrive above the surface"
     if word in IDLE:
         return f"leave it out: {IDLE[word]}"
     for section, rows in SECTIONS.items() if reads_scenes else ():
@@ -194,6 +196,9 @@ IDLE = {
     **dict.fromkeys(("--opengl-info", "--opengl-debug", "--opengl-debug-full"), "OpenGL is not used"),
 }
 """Options of calcmysky that would change nothing -> why."""
+
+OF_HOSTS = ("--wind", "--wind-speed", "--waves", "--surface")
+"""What users of ocean models look for here, and transport codes do."""
 
 _EPILOG = """\
 `aomc-sky COMMAND --help` shows what a command takes.

@@ -1,4 +1,6 @@
-/* The functions of aomc_sky.h as external ones, for Fortran and others: compile this file with the program. */
+/* The functions of aomc_sky.h as external ones, for Fortran, hosts under -Ofast and others: compile this file with the
+ * program, without -ffast-math. */
+#undef AOMC_SKY_DECLARE_ONLY
 #define AOMC_SKY_API
 #define AOMC_SKY_HOST_API
 #include "aomc_sky.h"

@@ -1,4 +1,4 @@
-/* The photons of aomc-sky from a file, without Python: C99, C++11, CUDA and HIP. MIT licence.
+/* The photons of aomc-sky from a file, without Python: C99, C++11 and CUDA. MIT licence.
  *
  * A file (`aomc-sky run --format source`, `sky.write_source(source, path)`) holds the plan of a source: which photon
  * falls into which cell, and what a cell is. Photon i of a band is a pure function of the file and i, with the bits
@@ -30,7 +30,10 @@
  * Bits depend on arithmetic as IEEE 754 has it: every operation rounded once. Compilers that contract a product and a
  * sum, or fast math, give other photons. The file therefore holds witnesses, photons that are known, and `load` tries
  * them. Code of your own translation unit may differ: aomc_sky_witness(&source) tries them there. For a GPU compile
- * with -fmad=false (nvcc) or -ffp-contract=off (hipcc), and call aomc_sky_witness once in a kernel.
+ * with -fmad=false (nvcc), and call aomc_sky_witness once in a kernel.
+ *
+ * A host under -ffast-math or -Ofast writes #define AOMC_SKY_DECLARE_ONLY before it includes this file, compiles
+ * aomc_sky.c without that flag, and links the two.
  *
  * Functions stand in the order of the kernels of the package, whose Python names are in the comments. */
 #ifndef AOMC_SKY_PRECISION
@@ -99,7 +102,10 @@
 #define SKY_LINES
 #endif
 #define SKY_HOST static inline
-#ifndef AOMC_SKY_API
+#ifdef AOMC_SKY_DECLARE_ONLY
+#define AOMC_SKY_API extern
+#define AOMC_SKY_HOST_API extern
+#elif !defined(AOMC_SKY_API)
 #define AOMC_SKY_API SKY_FN
 #define AOMC_SKY_HOST_API SKY_HOST
 #endif
@@ -109,7 +115,7 @@
 
 /* No contraction. GCC may contract even so where it makes vectors of straight code, so that is forbidden, too.
  * Functions under GCC's pragma are not inlined into others, which keeps the flags of a host away from them. */
-#ifndef AOMC_SKY_FLAGS_OF_HOST
+#if !defined(AOMC_SKY_FLAGS_OF_HOST) && !defined(AOMC_SKY_DECLARE_ONLY)
 #if defined(__clang__)
 #pragma clang fp contract(off)
 #elif defined(__CUDACC__)
@@ -245,6 +251,56 @@ enum { AOMC_SKY_CELL_MU2, AOMC_SKY_CELL_MU, AOMC_SKY_BEAM, AOMC_SKY_DISC, AOMC_S
 enum { AOMC_SKY_HG = 6, AOMC_SKY_BECKMANN = 8 };
 enum { AOMC_SKY_NARROW, AOMC_SKY_QUARTER, AOMC_SKY_ANY_WIDTH, AOMC_SKY_IN_MU };
 enum { AOMC_SKY_POINT, AOMC_SKY_CIRCLE, AOMC_SKY_RECTANGLE }; /* footprints */
+
+/* All functions. What each does stands at its definition. */
+AOMC_SKY_HOST_API int aomc_sky_load(const char *path, aomc_sky_file *file);
+AOMC_SKY_HOST_API int aomc_sky_view(const void *bytes, uint64_t size, aomc_sky_file *file);
+AOMC_SKY_HOST_API void aomc_sky_unload(aomc_sky_file *file);
+AOMC_SKY_HOST_API const char *aomc_sky_message(int64_t code);
+AOMC_SKY_HOST_API uint64_t aomc_sky_checksum(const void *bytes, uint64_t size);
+AOMC_SKY_HOST_API int aomc_sky_band(const aomc_sky_file *file, int32_t band, aomc_sky_source *source);
+AOMC_SKY_HOST_API int aomc_sky_band_at(
+    const aomc_sky_file *file, int32_t band, const void *device_bytes, aomc_sky_source *source);
+AOMC_SKY_HOST_API int aomc_sky_weighted_band(const aomc_sky_file *file, int32_t band, aomc_sky_source *source);
+AOMC_SKY_HOST_API int aomc_sky_weighted_band_at(
+    const aomc_sky_file *file, int32_t band, const void *device_bytes, aomc_sky_source *source);
+AOMC_SKY_HOST_API int aomc_sky_replicate(
+    const aomc_sky_file *file, int32_t band, int32_t replicate, aomc_sky_source *source);
+AOMC_SKY_HOST_API int aomc_sky_weighted_replicate(
+    const aomc_sky_file *file, int32_t band, int32_t replicate, aomc_sky_source *source);
+AOMC_SKY_HOST_API int aomc_sky_weighted_replicate_at(const aomc_sky_file *file, int32_t band, int32_t replicate,
+    const void *device_bytes, aomc_sky_source *source);
+AOMC_SKY_API int aomc_sky_witness(const aomc_sky_source *source);
+AOMC_SKY_API int64_t aomc_sky_fill(
+    const aomc_sky_source *source, int64_t start, int64_t count, float *ux, float *uy, float *uz);
+AOMC_SKY_API int64_t aomc_sky_fill_double(
+    const aomc_sky_source *source, int64_t start, int64_t count, double *ux, double *uy, double *uz);
+AOMC_SKY_API int64_t aomc_sky_fill_weighted(const aomc_sky_source *source, int64_t start, int64_t count, float *ux,
+    float *uy, float *uz, int32_t *patch, float *weight);
+AOMC_SKY_API int64_t aomc_sky_fill_weighted_double(const aomc_sky_source *source, int64_t start, int64_t count,
+    double *ux, double *uy, double *uz, int32_t *patch, double *weight);
+AOMC_SKY_API int64_t aomc_sky_numbers(
+    const aomc_sky_source *source, int64_t start, int64_t count, float *n1, float *n2, float *n3);
+AOMC_SKY_API int64_t aomc_sky_numbers_double(
+    const aomc_sky_source *source, int64_t start, int64_t count, double *n1, double *n2, double *n3);
+AOMC_SKY_API int64_t aomc_sky_positions(
+    const aomc_sky_source *source, int64_t start, int64_t count, float *x, float *y);
+AOMC_SKY_API int64_t aomc_sky_positions_double(
+    const aomc_sky_source *source, int64_t start, int64_t count, double *x, double *y);
+AOMC_SKY_API aomc_sky_photon aomc_sky_at(const aomc_sky_source *source, int64_t i);
+AOMC_SKY_API aomc_sky_photon_double aomc_sky_at_double(const aomc_sky_source *source, int64_t i);
+AOMC_SKY_API double aomc_sky_weight(const aomc_sky_source *source, aomc_sky_photon photon);
+AOMC_SKY_API double aomc_sky_weight_double(const aomc_sky_source *source, aomc_sky_photon_double photon);
+AOMC_SKY_API int32_t aomc_sky_component(const aomc_sky_source *source, int32_t patch);
+AOMC_SKY_API void aomc_sky_numbers_at(const aomc_sky_source *source, int64_t i, float *out);
+AOMC_SKY_API void aomc_sky_numbers_at_double(const aomc_sky_source *source, int64_t i, double *out);
+AOMC_SKY_API void aomc_sky_position(const aomc_sky_source *source, int64_t i, float *xy);
+AOMC_SKY_API void aomc_sky_position_double(const aomc_sky_source *source, int64_t i, double *xy);
+AOMC_SKY_HOST_API int aomc_sky_particles(
+    aomc_sky_stream *stream, const aomc_sky_source *sources, int32_t n_sources, int64_t from, int64_t to);
+AOMC_SKY_HOST_API int aomc_sky_next(aomc_sky_stream *stream, aomc_sky_particle *particle);
+
+#ifndef AOMC_SKY_DECLARE_ONLY
 
 #define SKY_LAST_TRIAL 10000
 #define SKY_DRAW_ACCEPT 2147483648u
@@ -1728,8 +1784,9 @@ AOMC_SKY_HOST_API const char *aomc_sky_message(int64_t code) {
     case AOMC_SKY_DIRECTORY: return "a section of the file lies outside of it, or has another length than it should";
     case AOMC_SKY_TABLE: return "a number in a table of the file is out of its bounds";
     case AOMC_SKY_ARITHMETIC:
-        return "this compiler or its flags give other bits than the file knows: leave out "
-               "-ffast-math, contract no products (-ffp-contract=off, for nvcc -fmad=false), and round to nearest";
+        return "this compiler or its flags give other bits than the file knows: leave out -ffast-math (or define "
+               "AOMC_SKY_DECLARE_ONLY, and compile aomc_sky.c without it), contract no products (-ffp-contract=off, "
+               "for nvcc -fmad=false), and round to nearest";
     case AOMC_SKY_NO_BAND: return "there is no such band";
     case AOMC_SKY_OTHER: return "the source has the other precision: call the function with or without _double";
     case AOMC_SKY_RANGE: return "start or count is negative";
@@ -1743,10 +1800,11 @@ AOMC_SKY_HOST_API const char *aomc_sky_message(int64_t code) {
     }
 }
 
+#endif /* AOMC_SKY_DECLARE_ONLY */
 #ifdef __cplusplus
 }
 #endif
-#ifndef AOMC_SKY_FLAGS_OF_HOST
+#if !defined(AOMC_SKY_FLAGS_OF_HOST) && !defined(AOMC_SKY_DECLARE_ONLY)
 #if !defined(__clang__) && !defined(__CUDACC__) && defined(__GNUC__)
 #pragma GCC pop_options
 #endif
