@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import aomc_sky as sky
 from tests.support.fault_rows import command, row_id
 from tests.support.scenes import flip_bit
 from tests.support.shared import INPUTS
@@ -194,6 +195,50 @@ def test_damage_in_every_format(tmp_path, capsys):
 
 
 OTHER_RUN = "belongs to another run (another scene, seed or options)"
+FALSIFIED = {
+    "hash of an input": lambda m: m["inputs"]["amc"].update(sha256=64 * "0"),
+    "name of an input": lambda m: m["inputs"]["amc"].update(name="other.inp"),
+    "an input more": lambda m: m["inputs"].update(difcol={"name": "difcol.inp", "sha256": 64 * "1"}),
+    "an input less": lambda m: m["inputs"].pop("lambbot"),
+    "an option": lambda m: m["options"]["scene"].update({min(m["options"]["scene"]): "x"}),
+    "an option more": lambda m: m["options"]["scene"].update(wind=5),
+    "an option less": lambda m: m["options"]["scene"].popitem(),
+    "a note more": lambda m: m["notes"].append("all is well"),
+    "a note less": lambda m: m["notes"].clear(),
+    "version": lambda m: m.update(version="9.9.9"),
+}
+
+
+@pytest.fixture(scope="module")
+def noted(tmp_path_factory):
+    """A run with notes, and no photons."""
+    out = tmp_path_factory.mktemp("verify") / "out"
+    run(out, "--format", "none", iterations=1000, scene=INPUTS / "perez_sky")
+    return out
+
+
+@pytest.mark.parametrize("what", FALSIFIED)
+def test_a_falsified_manifest_is_found(what, noted, tmp_path, told):
+    """What follows from the scene and not from the plan has digests in plan.npz; planted: a plan of 0.4."""
+    out = Path(shutil.copytree(noted, tmp_path / "out"))
+    manifest_damage(FALSIFIED[what])(out)
+    assert "is not what plan.npz states" in " ".join(told("verify", out, code=1).out.split())
+    plan = sky.Plan.load(out / "plan.npz").to_bytes()
+    (out / "plan.npz").write_bytes(plan)
+    manifest_damage(lambda m: m["files"]["plan.npz"].update(bytes=len(plan)))(out)
+    said = " ".join(told("verify", out).out.split())
+    assert "not checked, for this plan.npz does not state them: inputs, options.scene, notes and version" in said
+
+
+def test_what_a_plan_states_has_a_digest_of_its_own(noted, tmp_path, told):
+    out = Path(shutil.copytree(noted, tmp_path / "out"))
+    data = (out / "plan.npz").read_bytes()
+    at = data.rindex(b'"version"') + 15
+    (out / "plan.npz").write_bytes(data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :])
+    said = " ".join(told("verify", out, code=1).out.split())
+    assert "states of its scene what does not fit its digest" in said
+
+
 OTHERS = {"plan.npz": OTHER_RUN, "manifest.json": OTHER_RUN}
 OTHERS |= {"photons-0001.npy": "photons differ from the plan, the first is photon 0"}
 

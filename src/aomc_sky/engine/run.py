@@ -7,6 +7,7 @@ import os
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Unpack
 
@@ -23,6 +24,7 @@ from aomc_sky.outputs.manifest import (
     manifest_bytes,
     read_manifest,
     scene_part,
+    stated_of,
 )
 from aomc_sky.outputs.photon_formats import SOURCE, SOURCE_FILE, RunFormatWord, photon_writer, run_formats
 from aomc_sky.outputs.photons.files import (
@@ -40,7 +42,7 @@ from aomc_sky.outputs.photons.files import (
 from aomc_sky.outputs.run_folder import MANIFEST, PART, PLAN, RunFolder, check_folder, is_run_file
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_results
 from aomc_sky.plan.options import Sampling
-from aomc_sky.plan.plan import Plan
+from aomc_sky.plan.plan import Plan, read_stated
 from aomc_sky.progress import is_free, progress_bar
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import drop_leftovers, n_cpus
@@ -168,9 +170,9 @@ def run_job(
     folder, started = RunFolder(out), time.perf_counter()
     if not options.force:
         source = as_stored(source, folder)
-    files = RunFiles(source, folder)
+    files, of_scene = RunFiles(source, folder), cache(partial(scene_part, scene))  # its files are read when it is asked
     chosen = [part for name in options.formats if name not in ("none", SOURCE) for part in files.of(name)]
-    with folder.held(source.plan, force=options.force, n_bytes=total_size(chosen)):
+    with folder.held(source.plan, lambda: stated_of(of_scene()), force=options.force, n_bytes=total_size(chosen)):
         manifest = finished_manifest(files, options.formats)
         was_finished, emitted = manifest is not None, 0
         if manifest is None:
@@ -178,7 +180,7 @@ def run_job(
                 sums, emitted = make(source, folder, options, progress)
             else:
                 sums, emitted = make_photons(files, chosen, options, progress)
-            manifest = finish_run(files, scene, sums)
+            manifest = finish_run(files, of_scene(), sums)
     return JobResult(
         bands=[BandResult(**band) for band in manifest["bands"]],
         seconds=time.perf_counter() - started,
@@ -218,11 +220,13 @@ def make_photons(
     return emit_photons(source, missing, files.bands, options.threads, progress), source.total
 
 
-def finish_run(files: RunFiles, scene: Scene, sums: Sums) -> dict[str, Any]:
+def finish_run(files: RunFiles, scene_entries: dict[str, Any], sums: Sums) -> dict[str, Any]:
     """Write the manifest, and remove temporary files. Every process writes the same bytes."""
     results = band_results(files.source, {band: sums[band] for band in files.bands})
-    manifest = build_manifest(files.source, scene_part(scene), results, *files.stored())
-    data = manifest_bytes(manifest)
+    stated = stated_of(scene_entries)
+    if read_stated(files.folder.path / PLAN) != stated:  # the run was begun by another version, or with other comments
+        files.folder.write(PLAN, files.source.plan.to_bytes(stated))
+    data = manifest_bytes(build_manifest(files.source, scene_entries, results, *files.stored()))
     files.folder.write(MANIFEST, data)
     remove_rest(files.folder)
     return dict(json.loads(data))  # as a later call reads it

@@ -6,6 +6,7 @@ import hashlib
 import json
 import time
 from collections.abc import Iterable
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from aomc_sky.engine.run import (
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import chosen_bands
+from aomc_sky.outputs.manifest import scene_part, stated_of
 from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress, RunFiles, block_spans
 from aomc_sky.outputs.photons.npy import NpyWriter
 from aomc_sky.outputs.run_folder import PART, RunFolder
@@ -57,8 +59,8 @@ def run_shard(
     folder, started, emitted = RunFolder(out), time.perf_counter(), 0
     source = as_stored(source, folder)
     missing: list[Shard] = []
-    files = RunFiles(source, folder)
-    with folder.held(source.plan):
+    files, of_scene = RunFiles(source, folder), cache(partial(scene_part, scene))
+    with folder.held(source.plan, lambda: stated_of(of_scene())):
         manifest = finished_manifest(files, FORMATS)
         was_finished = manifest is not None
         if manifest is None:
@@ -70,7 +72,7 @@ def run_shard(
             sums, missing = marked_sums(source, folder, shard.count)
             if not missing:
                 finish_files(source, folder)
-                manifest = finish_run(files, scene, sums)
+                manifest = finish_run(files, of_scene(), sums)
             elif (manifest := finished_manifest(files, FORMATS)) is not None:
                 missing = []
         if manifest is not None:

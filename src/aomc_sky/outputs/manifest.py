@@ -62,6 +62,18 @@ def scene_part(scene: Scene) -> dict[str, Any]:
     return {"inputs": input_hashes(scene), "scene": dict(scene.options), "notes": list(scene.notes)}
 
 
+def stated_of(scene_entries: Mapping[str, Any], version: str = aomc_sky.__version__) -> dict[str, str]:
+    """Digests of the parts of a manifest that do not follow from the plan, by name: what plan.npz states of them."""
+    parts = {"version": version, "options.scene": scene_entries["scene"], "notes": scene_entries["notes"]}
+    parts |= {f"inputs.{role}": entry for role, entry in scene_entries["inputs"].items()}
+    return {name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest() for name, part in parts.items()}
+
+
+def part_of_scene(manifest: Mapping[str, Any]) -> dict[str, Any]:
+    """`scene_part` as a manifest has it."""
+    return {"inputs": manifest["inputs"], "scene": manifest["options"]["scene"], "notes": manifest["notes"]}
+
+
 def build_manifest(
     source: PhotonSource,
     scene_entries: Mapping[str, Any],
@@ -120,8 +132,7 @@ def manifest_again(
     for k, band in enumerate(bands):
         if formats and band not in sums and band + 1 in stored:
             results[k] = replace(results[k], **{name: stored[band + 1][name] for name in _PHOTONS})
-    scene_entries = {"inputs": found["inputs"], "scene": found["options"]["scene"], "notes": found["notes"]}
-    made = build_manifest(source, scene_entries, results, formats, files, version=found["version"])
+    made = build_manifest(source, part_of_scene(found), results, formats, files, version=found["version"])
     return dict(json.loads(json.dumps(made)))
 
 

@@ -200,18 +200,22 @@ class RunFolder:
         self.path = Path(path)
 
     @contextlib.contextmanager
-    def held(self, plan: Plan, *, force: bool = False, n_bytes: int = 0) -> Iterator[None]:
+    def held(
+        self, plan: Plan, stated: Callable[[], dict[str, str]] | None = None, *, force: bool = False, n_bytes: int = 0
+    ) -> Iterator[None]:
         """Hold the folder for a plan while the block runs; processes with the same plan share it.
 
-        `force` replaces any run of ours in the folder, unless the disk has no space for the new `n_bytes`. OutputError
-        without it, or if a process with another plan holds the folder; ForeignOutputError if it contains another run;
-        UsageError if it contains files that are not of a run.
+        A plan that is written says what is `stated` of its scene. `force` replaces any run of ours in the folder,
+        unless the disk has no space for the new `n_bytes`. OutputError without it, or if a process with another plan
+        holds the folder; ForeignOutputError if it contains another run; UsageError if it contains other files.
         """
         create_folder(self.path)
-        with folder_held(self.path, plan.sha256, partial(self._claim, plan, force, n_bytes), is_alone=force):
+        with folder_held(self.path, plan.sha256, partial(self._claim, plan, stated, force, n_bytes), is_alone=force):
             yield
 
-    def _claim(self, plan: Plan, force: bool, n_bytes: int, is_alone: bool) -> None:
+    def _claim(
+        self, plan: Plan, stated: Callable[[], dict[str, str]] | None, force: bool, n_bytes: int, is_alone: bool
+    ) -> None:
         """Write the plan, or check that the stored plan is the same."""
         names, stored = self.names(), self.path / PLAN
         visible = sorted(name for name in names if not name.startswith("."))
@@ -236,7 +240,7 @@ class RunFolder:
             for part in ([MANIFEST], sorted(others), [PLAN]):  # without its plan no file would be known as ours
                 self.remove(*part)
         if self.size_of(PLAN) is None:
-            self.write(PLAN, plan.to_bytes())
+            self.write(PLAN, plan.to_bytes(None if stated is None else stated()))
         if is_alone:
             drop_leftovers(self.path, lambda _: True)  # of a run that was killed
 
@@ -343,7 +347,7 @@ class RunFolder:
 def _is_our_plan(path: Path) -> bool:
     """Whether a file is a plan of any version of the package."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with open_regular(path) as file, np.load(file, allow_pickle=False) as stored:
             return str(json.loads(stored["options"].tobytes())["stream"]).startswith("aomc-sky")
     except Exception:  # zipfile, zlib, numpy and json each have their own
         return False

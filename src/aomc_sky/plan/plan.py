@@ -36,7 +36,7 @@ OTHER_PROCESSOR = 1e-12
 MAX_PLAN_BYTES = 2**34
 """Largest plan that is read. [bytes]"""
 
-_OPTIONS, _SHA256 = "options", "sha256"
+_OPTIONS, _SHA256, _STATED = "options", "sha256", b"aomc-sky made from"
 _MAX_HEADER = 1000
 
 
@@ -232,9 +232,12 @@ class Plan:
             object.__setattr__(self, "_sha256", sha256_of(self.members(), self.options))
         return self._sha256
 
-    def to_bytes(self) -> bytes:
-        """The plan as the bytes of an npz file; equal plans give equal bytes."""
-        return npz_bytes(self.members(), self.options, self.sha256)
+    def to_bytes(self, stated: Mapping[str, str] | None = None) -> bytes:
+        """The plan as the bytes of an npz file; equal plans give equal bytes.
+
+        `stated` are digests of what the plan was made from, by name. They change neither a photon nor the hash.
+        """
+        return npz_bytes(self.members(), self.options, self.sha256, stated)
 
     def save(self, path: str | Path) -> None:
         """Write the plan; `aomc_sky.outputs` does it atomically."""
@@ -332,8 +335,13 @@ def sha256_of(members: Mapping[str, np.ndarray], options: Mapping[str, Any]) -> 
     return digest.hexdigest()
 
 
-def npz_bytes(members: Mapping[str, np.ndarray], options: Mapping[str, Any], sha256: str) -> bytes:
-    """The members, their options and their hash as the bytes of an npz file."""
+def npz_bytes(
+    members: Mapping[str, np.ndarray],
+    options: Mapping[str, Any],
+    sha256: str,
+    stated: Mapping[str, str] | None = None,
+) -> bytes:
+    """The members, their options and their hash as the bytes of an npz file, whose comment holds what is `stated`."""
     buffer = io.BytesIO()
     stored: dict[str, Any] = {
         _OPTIONS: np.frombuffer(_json(options), dtype=np.uint8),
@@ -341,7 +349,23 @@ def npz_bytes(members: Mapping[str, np.ndarray], options: Mapping[str, Any], sha
         _SHA256: np.frombuffer(bytes.fromhex(sha256), dtype=np.uint8),
     }
     np.savez(buffer, **stored)
+    if stated is not None:  # a comment, so that older versions read the plan
+        text = _json(stated)
+        with zipfile.ZipFile(buffer, "a") as archive:
+            archive.comment = b" ".join((_STATED, hashlib.sha256(text).hexdigest().encode(), text))
     return buffer.getvalue()
+
+
+def read_stated(path: str | Path) -> dict[str, str] | None:
+    """Digests of what a plan was made from; None where it states nothing, E951 where they do not fit their own."""
+    with open_regular(path) as file, zipfile.ZipFile(file) as archive:
+        comment = archive.comment
+    if not comment:
+        return None
+    head, _, rest = comment[len(_STATED) :].partition(b" ")[2].partition(b" ")
+    if not comment.startswith(_STATED) or head != hashlib.sha256(rest).hexdigest().encode():
+        raise _not_a_plan(path, "states of its scene what does not fit its digest: it was changed or damaged")
+    return dict(json.loads(rest))
 
 
 def read_npz(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

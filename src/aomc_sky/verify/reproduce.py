@@ -12,10 +12,10 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.errors import OutputError
+from aomc_sky.errors import InputFileError, OutputError
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES, counts_file, in_columns_of, table_version
-from aomc_sky.outputs.manifest import differences, manifest_again, scene_part
+from aomc_sky.outputs.manifest import differences, manifest_again, part_of_scene, scene_part, stated_of
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, SOURCE, SOURCE_FILE, formats_of
 from aomc_sky.outputs.photons.files import (
     BLOCK,
@@ -29,10 +29,10 @@ from aomc_sky.outputs.photons.files import (
     Target,
     block_spans,
 )
-from aomc_sky.outputs.run_folder import MANIFEST, RunFolder, os_error
+from aomc_sky.outputs.run_folder import MANIFEST, PLAN, RunFolder, os_error
 from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.plan.allocation import AllocationMethod, cumulative_counts
-from aomc_sky.plan.plan import Plan, differing
+from aomc_sky.plan.plan import Plan, differing, read_stated
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import read_at
 from aomc_sky.verify.counts import FAMILY_LEVEL
@@ -228,13 +228,23 @@ def _source_file_checks(folder: RunFolder, source: PhotonSource, *, is_listed: b
 def _manifest_check(
     files: RunFiles, found: dict[str, Any], sums: Mapping[int, PhotonSums], formats: Sequence[str]
 ) -> Check:
-    """Build the manifest again from the plan and compare it.
+    """Build the manifest again from the plan and compare it; the part of the scene with what plan.npz states.
 
-    The part of the scene is taken from the manifest, and so are means over photons that were not all made again.
+    Means over photons that were not all made again are taken from the manifest.
     """
     wrong = list(differences(found, manifest_again(files.source, found, sums, formats, files.stored()[1])))
-    detail = named(wrong) if wrong else f"{MANIFEST} agrees with the plan and the files"
-    return Check(name="manifest", passed=not wrong, detail=detail)
+    same, made = f"{MANIFEST} agrees with the plan and the files", stated_of(part_of_scene(found), found["version"])
+    try:
+        stated = read_stated(files.folder.path / PLAN)
+    except InputFileError as error:
+        wrong.append(f"{PLAN} {error.problems[0].message}")
+    else:
+        if stated is None:
+            same += f"; not checked, for this {PLAN} does not state them: inputs, options.scene, notes and version"
+        else:
+            names = [name for name in {**stated, **made} if stated.get(name) != made.get(name)]
+            wrong += [f"{name} is not what {PLAN} states" for name in names]
+    return Check(name="manifest", passed=not wrong, detail=named(wrong) if wrong else same)
 
 
 def _counts_checks(source: PhotonSource, bands: Sequence[int]) -> Iterator[Check]:
@@ -266,7 +276,7 @@ def scene_checks(plan: Plan, manifest: Mapping[str, Any], scene: Scene) -> list[
     same = f"made again from the scene with seed {plan.seed}: {plan.sha256[:16]}"
     checks = [Check(name="scene: plan", passed=not wrong, is_foreign=bool(wrong), detail=named(wrong) or same)]
     notes = [note for note in manifest["notes"] if not note.startswith(READING)]  # those of versions before 0.5
-    found = {"inputs": manifest["inputs"], "scene": manifest["options"]["scene"], "notes": notes}
+    found = part_of_scene(manifest) | {"notes": notes}
     wrong = list(differences(found, json.loads(json.dumps(scene_part(scene))), source="the scene gives"))
     same = "names and hashes of its files, how they were read, and notes agree with the manifest"
     return [*checks, Check(name="scene: manifest", passed=not wrong, detail=named(wrong) or same)]
