@@ -8,6 +8,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import aomc_sky as sky
+from aomc_sky.directions import travel_from_sky
+from aomc_sky.skies.on_sphere import _averaged
 from bench.measured_skies import LAYOUTS, almucantar, both, irregular, outcome, outcomes, tregenza
 
 SUN_DEG = 40.0
@@ -220,3 +222,40 @@ def test_an_almucantar_that_drifts_is_no_sky_of_454_times_the_light():
         one = outcome(model, points, 72.0, values, with_sun=True)
         assert one.warned
         assert 0.8 < one.irradiance < 1.4
+
+
+@pytest.mark.parametrize("drift_deg", [0.05, 0.2, 0.38, 0.42])
+def test_noise_of_neighbouring_directions_is_no_slope(drift_deg, monkeypatch):
+    """Both ends of an almucantar meet, 0.1 degrees apart where it drifts by 0.2; planted: they are not averaged."""
+
+    def irradiances(seeds):
+        points = almucantar(72.0, drift_deg)
+        for model in (
+            perez(1.1, 72.0),
+            sky.OvercastSky(),
+            sky.HarrisonCoombesSky(sun_zenith_deg=72.0, sun_azimuth_deg=0.0),
+        ):
+            true = model.radiance(*np.deg2rad(points), 550.0) * np.ones(points[0].size)
+            for seed in seeds:
+                values = true * (1 + 0.05 * np.random.default_rng(seed).normal(size=true.size))
+                yield outcome(model, points, 72.0, values, with_sun=True)
+
+    found = list(irradiances(range(4)))
+    assert all(one.warned and 1 / 3 < one.irradiance < 3 for one in found)
+    if drift_deg == 0.2:
+        monkeypatch.setattr("aomc_sky.skies.on_sphere._ONE_DEG", 0.0)
+        assert max(one.irradiance for one in irradiances([13, 18])) > 8
+
+
+def test_directions_that_are_one_are_averaged():
+    """Levels of those within 0.2 degrees; without any, nothing changes; of a dense field none is."""
+    zenith, azimuth = np.array([40.0, 40.05, 40.1, 60.0, 10.0]), np.array([10.0, 10.0, 10.0, 200.0, 300.0])
+    direction = -travel_from_sky(zenith, azimuth)
+    level = np.arange(5.0)[:, None]
+    where, what = _averaged(direction, level)
+    assert what.ravel() == pytest.approx([1.0, 3.0, 4.0], abs=1e-12)
+    assert where[0] == pytest.approx(direction[1], abs=1e-9)
+    assert _averaged(direction[2:], level[2:])[0] is not None
+    assert np.array_equal(_averaged(direction[2:], level[2:])[1], level[2:])
+    dense = -travel_from_sky(*map(np.ravel, np.meshgrid(np.arange(0.1, 4, 0.1), np.arange(0.0, 360, 10))))
+    assert len(_averaged(dense, np.zeros((len(dense), 1)))[0]) == len(dense)

@@ -14,7 +14,8 @@ from aomc_sky.errors import InputWarning
 
 GLOBAL_POINTS = 1000  #: Up to so many directions one spline serves the sky; of more, each direction has its neighbours.
 NEIGHBOURS = 32
-_SMOOTHING = 1e-7  # two measurements of almost one direction are averaged
+_SMOOTHING = 1e-7  # keeps the spline solvable
+_ONE_DEG = 0.2  #: Directions so near to each other are one, averaged: their noise would be a slope, and go on far away.
 _THIN = 0.1  #: Spread across a plane, as a share of that along it, below which directions lie in one plane.
 _STEP_DEG = 2.0  #: Step of the table that a cubic spline interpolates.
 _PAD = 8  #: Steps by which the table goes on beyond zenith, horizon and the turn.
@@ -68,7 +69,8 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
     from scipy.spatial import KDTree
 
     is_log, n = bool(np.all(values > 0)), len(direction)
-    level = (np.log(values) if is_log else np.sqrt(values)).T
+    direction, level = _averaged(direction, (np.log(values) if is_log else np.sqrt(values)).T)
+    values = values if len(direction) == n else (np.exp(level) if is_log else level * level).T
     steps = np.arange(_N_RINGS) * _STEP_DEG, np.arange(_N_COLUMNS) * _STEP_DEG
     zenith, azimuth = (angle.ravel() for angle in np.meshgrid(*steps, indexing="ij"))
     asked = -travel_from_sky(zenith, azimuth)
@@ -116,6 +118,24 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
             )
         )
     return tuple(made)
+
+
+def _averaged(direction: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions and levels (n, n_wl); up to `GLOBAL_POINTS` of them are averaged over those within `_ONE_DEG`."""
+    from scipy.spatial import KDTree
+
+    n, tree = len(direction), KDTree(direction)
+    reach = 2 * math.sin(math.radians(_ONE_DEG) / 2)
+    if n > GLOBAL_POINTS or not tree.query_pairs(reach):
+        return direction, level
+    first = np.full(n, -1)  # of those that are averaged with each
+    for k, near in enumerate(tree.query_ball_point(direction, reach)):
+        if first[k] < 0:
+            first[[one for one in near if first[one] < 0]] = k
+    _, group = np.unique(first, return_inverse=True)
+    share = (group == np.arange(group.max() + 1)[:, None]) / np.bincount(group)[:, None]
+    middle = share @ direction
+    return middle / np.linalg.norm(middle, axis=1, keepdims=True), share @ level
 
 
 def _spline(direction: np.ndarray, rest: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
