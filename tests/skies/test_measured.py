@@ -89,7 +89,7 @@ def is_silent(one):
     + [pytest.param(*one, 3, marks=pytest.mark.slow) for one in itertools.product(LAYOUTS, (0.0, 0.01, 0.05))],
 )
 def test_no_measured_sky_is_wrong_in_silence(layout, noise, seeds):
-    """`python bench/measured_skies.py` has all layouts and noises; its table is in docs/howto/measured_sky.md."""
+    """`python bench/measured_skies.py` prints all layouts and noises as a table."""
     found = list(outcomes(layout, noise, seeds))
     assert not any(map(is_silent, found))
     if layout == "Tregenza, 145":
