@@ -144,3 +144,65 @@ def test_refined_grids_meet_the_tolerance_and_are_coarse(function, tolerance):
         fewer = {(max(n_zenith // 2, 1), n_azimuth), (n_zenith, max(n_azimuth // 2, 1))} - {(n_zenith, n_azimuth)}
         coarser = [FunctionSky(function, grid=sky.PatchGrid.regular(*shape)) for shape in fewer]
         assert max(one.variation([400, 550, 700]).max() for one in coarser) > tolerance
+
+
+def ring(first_rad, width_rad, level=1e5):
+    """A uniform sky with a bright ring, and its irradiance."""
+    light = math.pi * (1 + (level - 1) * (math.sin(first_rad + width_rad) ** 2 - math.sin(first_rad) ** 2))
+    return FunctionSky(lambda z, a, w: np.where((z > first_rad) & (z < first_rad + width_rad), level, 1.0)), light
+
+
+def wall(first_rad, width_rad, level=1e5):
+    """The same with a wall between two meridians."""
+    light = math.pi * (1 + (level - 1) * width_rad / (2 * math.pi))
+    return FunctionSky(lambda z, a, w: np.where((a > first_rad) & (a < first_rad + width_rad), level, 1.0)), light
+
+
+def box(first_rad, width_rad, azimuth_rad, length_rad, level=1e5):
+    """The same with a bright region between two parallels and two meridians."""
+
+    def radiance(z, a, w):
+        is_inside = (z > first_rad) & (z < first_rad + width_rad) & (a > azimuth_rad) & (a < azimuth_rad + length_rad)
+        return np.where(is_inside, level, 1.0)
+
+    growth = math.sin(first_rad + width_rad) ** 2 - math.sin(first_rad) ** 2
+    return FunctionSky(radiance), math.pi + (level - 1) * length_rad * growth / 2
+
+
+def errors_of_boxes(n, seed):
+    """Relative errors of the light of boxes, 1 to 6 sure spots wide and long."""
+    rng, spot = np.random.default_rng(seed), math.radians(FunctionSky(bright_zenith).sure_spot_deg)
+    for _ in range(n):
+        (width, length), first = spot * rng.uniform(1, 6, 2), rng.uniform(0.05, 1.5)
+        length /= math.sin(first + width / 2)
+        model, light = box(first, width, rng.uniform(0.0, 2 * math.pi - length), length)
+        yield abs(float(model.irradiance(550.0)[0]) / light - 1)
+
+
+def errors_of_walls(n, seed):
+    """Relative errors of the light of walls and rings, 1 to 6 sure spots wide; one begins beside an edge of a patch."""
+    rng, spot = np.random.default_rng(seed), math.radians(FunctionSky(bright_zenith).sure_spot_deg)
+    cases = [ring(0.96, 2 * spot), wall(0.96, 2 * spot)]
+    for _ in range(n):
+        width = spot * rng.uniform(1, 6)
+        cases += [ring(rng.uniform(0.02, 1.55 - width), width), wall(rng.uniform(0.02, 6.2 - width), width)]
+    return [abs(float(model.irradiance(550.0)[0]) / light - 1) for model, light in cases]
+
+
+@pytest.mark.parametrize("n", [10, pytest.param(150, marks=pytest.mark.slow)])
+def test_the_light_of_narrow_walls_and_small_boxes_is_right(n, monkeypatch):
+    """Planted: no close look at patches that were cut."""
+    assert max(*errors_of_walls(n, 1), *errors_of_boxes(n, 9)) < 1e-11
+    monkeypatch.setattr("aomc_sky.skies.patch_integrals._MOST_CLOSE", 0.0)
+    assert max(errors_of_walls(0, 1)) > 1e-3
+    assert max(errors_of_boxes(4, 9)) > 1e-3
+
+
+def test_a_refined_grid_is_not_coarser_than_one_that_was_given_and_sees_all_light():
+    given = FunctionSky(bright_zenith, grid=sky.PatchGrid.regular(30, 60)).refined(0.01)
+    assert (given.patches.n_zenith, given.patches.n_azimuth) == (30, 60)
+    model, light = ring(0.9, 0.02, 50.0)
+    found = model.refined(0.05, wavelength_nm=550.0)
+    assert float(found.irradiance(550.0)[0]) == pytest.approx(light, rel=1e-9)
+    assert found.variation(550.0)[0] <= 0.05
+    assert FunctionSky(bright_zenith).refined(0.01).patches.n_patches < 100  # of a smooth one without a grid of its own

@@ -53,9 +53,9 @@ class FunctionSky(Share):
     Accuracy: for smooth functions the bias of means over photons falls as the fourth power of the patches' width, 1e-9
     and less on the default grid, and the total variation as the second. Masses by adaptive quadrature, the error of all
     together 1e-10 of their sum for a smooth function, and for one that jumps along meridians and parallels around
-    regions wider than a patch, 4e-6 where two jumps almost meet; `quadrature_error` has the estimate. A spot of light
-    narrower than `sure_spot_deg`, 0.19 of a patch, can be missed: give it finer patches or a `DirectBeam`. Cost: 140
-    values for each patch and wavelength where the function is smooth, 0.4 s for 32 400 patches.
+    regions wider than a sure spot, 4e-6 where two jumps almost meet; `quadrature_error` has the estimate. A spot of
+    light narrower than `sure_spot_deg`, 0.19 of a patch, can be missed: give it finer patches or a `DirectBeam`. Cost:
+    140 values for each patch and wavelength where the function is smooth, 0.4 s for 32 400 patches.
 
     Examples
     --------
@@ -164,6 +164,8 @@ class FunctionSky(Share):
     def refined(self, tolerance: float, *, wavelength_nm: ArrayLike = (400.0, 550.0, 700.0)) -> FunctionSky:
         """Return this sky on an even grid, as coarse as it may be, whose `variation` is at most `tolerance`.
 
+        It is not coarser than a grid that was given, or where a coarse one does not see all light.
+
         SceneError: it takes more than 4 million patches.
 
         Parameters
@@ -175,19 +177,23 @@ class FunctionSky(Share):
         """
         if not 0 < tolerance < 1:
             raise SceneError(f"tolerance is a share of the photons between 0 and 1, got {tolerance!r}")
-        sky, aim = self, float(tolerance)
+        sky, aim, own = self, float(tolerance), (self.patches.n_zenith, self.patches.n_azimuth)
+        light, least = self.irradiance(wavelength_nm), (1, 1) if self.grid is None else own
         for _ in range(_MOST_STEPS):
             grid, parts = sky.patches, [sky._of(nm) for nm in _wavelengths(wavelength_nm)]
             variation = max(part.variation for part in parts)
-            if sky is not self:
+            if not np.allclose(sky.irradiance(wavelength_nm), light, rtol=tolerance, atol=0.0):
+                least = own
+            elif sky is not self:
                 if variation <= tolerance:
                     return sky
                 aim *= 0.95 * tolerance / variation
-            shape = _coarsest(
+            rings, columns = _coarsest(
                 aim,
                 grid.n_zenith**2 * max(part.ring_variation for part in parts),
                 grid.n_azimuth**2 * max(part.column_variation for part in parts),
             )
+            shape = max(rings, least[0]), max(columns, least[1])
             if shape[0] * shape[1] > _MAX_PATCHES:
                 break
             sky = replace(self, grid=PatchGrid.regular(*shape))

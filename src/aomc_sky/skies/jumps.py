@@ -9,8 +9,11 @@ import numpy as np
 from aomc_sky.skies.quadrature import cut
 
 _EDGE = 1e-9  #: Of a patch: the distance of the outermost points from its edges.
-_FIRST, _LATER = (1, 2), (5, 8)
-"""Lines through each patch, and intervals of each line: of all skies, and of those that have shown a jump."""
+_FIRST, _LATER, CLOSE = (1, 2), (5, 8), (17, 8)
+"""Lines through each patch, and intervals of each line: of all skies, of those that have shown a jump, of few patches.
+
+Of the close ones, three lines and one interval lie in a sure spot.
+"""
 _LINES = 3  #: A curve crosses two lines of one symmetric to it at equal places, but no third one.
 _SMOOTH = 1.2  #: Largest ratio of the changes in both halves of an interval without a jump.
 _JUMP = 3.0  #: Least ratio in the last interval of one with a jump.
@@ -24,14 +27,15 @@ _ROUNDS = 8
 At = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
-def jumps(at: At, zenith: np.ndarray, azimuth: np.ndarray, most_parts: int) -> tuple[np.ndarray, np.ndarray]:
+def jumps(
+    at: At, zenith: np.ndarray, azimuth: np.ndarray, most_parts: int, how: tuple[int, int] = _FIRST
+) -> tuple[np.ndarray, np.ndarray]:
     """Zenith angles and azimuths of jumps inside rings and columns, edges (n, 2). [quarter turns]
 
     Three lines through patches, or through the parts that earlier rounds have cut them into, must cross a jump. None
     are found where there are more than `most_parts` parts.
     """
     found = [np.zeros(0)], [np.zeros(0)]
-    how = _FIRST
     for _ in range(_ROUNDS):
         if len(zenith) * len(azimuth) > most_parts:
             return np.zeros(0), np.zeros(0)
@@ -39,7 +43,7 @@ def jumps(at: At, zenith: np.ndarray, azimuth: np.ndarray, most_parts: int) -> t
         more = [_shared(some) for some in places]
         if not sum(one.size for one in (places if how == _FIRST else more)):
             break
-        how = _LATER
+        how = max(how, _LATER)
         (zenith, _), (azimuth, _) = (cut(edges, some) for edges, some in zip((zenith, azimuth), more, strict=True))
         for known, some in zip(found, more, strict=True):
             known.append(some)

@@ -11,7 +11,7 @@ from aomc_sky.component import MAX_SLOPE
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.constants import SLOPE_STEP
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, sin_cos
-from aomc_sky.skies.jumps import jumps
+from aomc_sky.skies.jumps import CLOSE, jumps
 from aomc_sky.skies.quadrature import POINTS, Parts, Rule, cut, points_of, quarter_turns, weighted_sum
 
 #: Radiance of directions, arrays of one shape: (sky_zenith_rad, sky_azimuth_rad).
@@ -24,6 +24,7 @@ _ORDER = 8  #: Order of the second look; its points lie between those of the fir
 _WEIGHTS = POINTS[_ORDER].weights
 _SEEN = 25.0  #: A patch is looked at again where both looks differ by so many times what it may be wrong.
 _SIXTEENTHS = 16
+_MOST_CLOSE = 0.1  #: Share of the patches that are looked at closely.
 _AREA = HALF_PI * HALF_PI  #: Area of a square of one quarter turn.
 
 SURE_SPOT = 0.19
@@ -82,14 +83,19 @@ class _Patches:
         self._zenith, self._azimuth = quarter_turns(grid)
         ring, column = np.divmod(np.arange(self._n), grid.n_azimuth)
         self._tiles = np.stack([*self._zenith[ring].T, *self._azimuth[column].T])
-        zeniths, azimuths = jumps(self._at, self._zenith, self._azimuth, max(_MAX_PARTS, 2 * self._n))
+        self._area, self._sin2 = grid.projected_solid_angle_sr, grid.ring_sin2()
+        self._middle = self._at(0.5 * (self._tiles[0] + self._tiles[1]), 0.5 * (self._tiles[2] + self._tiles[3]))
+        self._most_parts = max(_MAX_PARTS, 2 * self._n)
+        self._cut_at(*jumps(self._at, self._zenith, self._azimuth, self._most_parts))
+
+    def _cut_at(self, zeniths: np.ndarray, azimuths: np.ndarray) -> None:
+        """Take the rule that cuts all patches at these zenith angles and azimuths. [quarter turns]"""
+        self._jumps = zeniths, azimuths
         marks = zeniths, np.concatenate([azimuths % 4.0, azimuths % 4.0 + 4.0])  # both turns that columns may reach
         columns = self._azimuth - 4.0 * np.floor(0.25 * self._azimuth[:, :1])
         owners = cut(self._zenith, marks[0])[1], cut(columns, np.concatenate([np.arange(9.0), marks[1]]))[1]
         #: parts of a patch that the rule makes at once, at quarter turns of azimuth and at jumps
         self._n_aligned = np.outer(*(np.bincount(owner) for owner in owners)).ravel()
-        self._area, self._sin2 = grid.projected_solid_angle_sr, grid.ring_sin2()
-        self._middle = self._at(0.5 * (self._tiles[0] + self._tiles[1]), 0.5 * (self._tiles[2] + self._tiles[3]))
         self._rule = Rule(
             integrand=lambda x, y, patch: self._flux(x[0], y[0], self._middle[patch]),
             share=0.0,
@@ -113,7 +119,18 @@ class _Patches:
         return self._middle * self._area + parts.masses(self._n) * _AREA
 
     def parts(self) -> Parts:
-        """Parts of the patches that orders 4 and 7 agree on."""
+        """Parts of the patches that orders 4 and 7 agree on; jumps are looked for once more where they do not."""
+        parts = self._integrated()
+        near = self._with_neighbours(self._n_parts(parts) > self._n_aligned)
+        rings, columns = self._zenith[near.any(axis=1)], self._azimuth[near.any(axis=0)]
+        if 0 < len(rings) * len(columns) <= _MOST_CLOSE * self._n:
+            found = jumps(self._at, rings, columns, self._most_parts, CLOSE)
+            if any(one.size for one in found):
+                self._cut_at(*(np.concatenate(pair) for pair in zip(self._jumps, found, strict=True)))
+                parts = self._integrated()
+        return parts
+
+    def _integrated(self) -> Parts:
         return self._rule.integrate(self._zenith, self._azimuth, self._middle * self._area / _AREA)
 
     def cut_again(self, parts: Parts, mass: np.ndarray, seen: np.ndarray) -> Parts:
@@ -124,10 +141,7 @@ class _Patches:
         total, is_cut = _sum(mass), self._n_parts(parts) > 1
         found = np.abs(seen - mass) > _SEEN * TOLERANCE * total / self._n
         is_refined = self._n_parts(parts) > self._n_aligned
-        near = (found | is_refined).reshape(self._grid.n_zenith, self._grid.n_azimuth)
-        near = near | np.roll(near, 1, axis=1) | np.roll(near, -1, axis=1)
-        padded = np.pad(near, ((1, 1), (0, 0)))
-        again = (padded[:-2] | padded[1:-1] | padded[2:]).ravel() & ~is_cut
+        again = self._with_neighbours(found | is_refined).ravel() & ~is_cut
         if not again.any():
             return parts
         chosen = np.flatnonzero(again)
@@ -138,6 +152,13 @@ class _Patches:
         finer = self._rule.refined(tiles, owner, np.full(self._n, self._rule.floor * total / _AREA))
         kept = Parts(*(column[..., ~again[parts.patch]] for column in parts))
         return Parts.joined([kept, finer])
+
+    def _with_neighbours(self, chosen: np.ndarray) -> np.ndarray:
+        """Those patches and the ones around them, shape (n_zenith, n_azimuth)."""
+        near = chosen.reshape(self._grid.n_zenith, self._grid.n_azimuth)
+        near = near | np.roll(near, 1, axis=1) | np.roll(near, -1, axis=1)
+        padded = np.pad(near, ((1, 1), (0, 0)))
+        return np.asarray(padded[:-2] | padded[1:-1] | padded[2:])
 
     def _n_parts(self, parts: Parts) -> np.ndarray:
         return np.bincount(parts.patch, minlength=self._n)
