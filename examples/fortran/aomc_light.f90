@@ -36,8 +36,8 @@ contains
         call remove_difcol()
         call get_environment_variable("AOMC_SKY_FILE", path, status=k)
         if (k /= 0) path = "day.sky"
-        if (band == 0) k = aomc_sky_load(trim(path) // achar(0), file)
-        if (file%n_bands == 0) error stop "aomc-sky: " // trim(path) // ": " // aomc_sky_text(int(k, int64))
+        if (band == 0) k = aomc_sky_load(path, file)
+        if (file%n_bands == 0) error stop "aomc-sky: " // trim(path) // ": " // aomc_sky_text(k)
         if (file%n_bands /= lambda) error stop "aomc-sky: amc.inp has another number of wavebands than " // trim(path)
         k = aomc_sky_band(file, wavel - 1, source)
         open (newunit=unit, file="lambbot.inp", status="old")

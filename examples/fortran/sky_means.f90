@@ -5,24 +5,26 @@ program sky_means
     use, intrinsic :: iso_fortran_env, only: error_unit, int32, int64, real32, real64
     use aomc_sky
     implicit none
-    integer(int64), parameter :: block = 4096
+    integer, parameter :: block = 4096
     type(aomc_sky_file) :: file
     type(aomc_sky_source) :: source
     character(1000) :: path
     integer(int64) :: start, n, bits, i
-    integer(int32) :: band
+    integer :: band
     real(real32) :: ux(block), uy(block), uz(block)
     real(real64) :: cosine
 
     call get_command_argument(1, path)
-    call need(int(aomc_sky_load(trim(path) // achar(0), file), int64))
+    n = aomc_sky_load(path, file)
+    call need(n)
     do band = 0, file%n_bands - 1
-        call need(int(aomc_sky_band(file, band, source), int64))
+        n = aomc_sky_band(file, band, source)
+        call need(n)
         cosine = 0
         bits = 0
         !$omp parallel do private(n, i, ux, uy, uz) reduction(+: cosine) reduction(ieor: bits) schedule(dynamic)
         do start = 0, source%n - 1, block
-            n = aomc_sky_fill(source, start, block, ux, uy, uz)
+            n = aomc_sky_fill(source, start, ux, uy, uz)
             call need(n)
             do i = 1, n ! here your photon goes its way
                 cosine = cosine - uz(i)

@@ -63,6 +63,9 @@ class Law(enum.IntEnum):
 
 
 N_CELL_PARAMETERS = 6
+MOST_WEIGHT = 1e38
+"""Largest weight of photons: float32 has it, too."""
+
 MAX_SLOPE = 1.0 - 2.0**-10
 """Steepest slope of `Law.CELL_SLOPED`: at 1 the edge of a cell is dark."""
 
@@ -218,6 +221,8 @@ class Component:
             value = getattr(self, name)
             if not np.all(np.isfinite(value)) or np.any(value < 0):
                 raise SceneError(f"component {self.name!r}: {name} must be finite and not negative")
+        if self.weight is not None and not np.all((self.weight >= 0) & (self.weight <= MOST_WEIGHT)):
+            raise SceneError(f"component {self.name!r}: weight must be from 0 to {MOST_WEIGHT:g}")
 
     @property
     def n_cells(self) -> int:

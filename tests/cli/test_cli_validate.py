@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import aomc_sky
 from aomc_sky.cli.main import main
 from tests.support.fault_rows import ROWS, amc_line, command, row_id, sky
 from tests.support.scenes import copy_scene
@@ -165,3 +166,13 @@ def test_a_problem_of_a_file_that_sky_toml_names_is_told_once(tmp_path, told):
 def test_weather_files(told):
     epw, tm2 = INPUTS / "weather" / "two_days.epw", DATA / "weather" / "good" / "invented.tm2"
     assert told("validate", epw, tm2).out.count(": ok") == 2
+
+
+def test_of_a_source_file_head_and_checksum_are_checked(tmp_path, told):
+    path = tmp_path / "x.sky"
+    aomc_sky.write_source(aomc_sky.Scene(wavebands=[550.0], n_photons=100, components="uniform").source(1), path)
+    assert told("validate", path).out == f"{path}: head and checksum are ok\n"
+    (found,) = json.loads(told("validate", path, "--json").out)["files"]
+    assert found["checked"] == "head and checksum"
+    path.write_bytes(path.read_bytes()[:-64])
+    assert f"{path}: has errors" in told("validate", path, code=3).out

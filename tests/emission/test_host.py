@@ -102,8 +102,14 @@ def test_a_sampler_is_made_again_where_it_can_be(monkeypatch):
     several = source("table", replicates=4)
     with pytest.raises(sky.UsageError, match=r"numba_sampler\(band, replicate=r\), 0 to 3"):
         several.numba_sampler()
-    with pytest.raises(sky.UsageError, match="replicate must be a whole number from 0 to 3, got 4"):
-        several.numba_sampler(replicate=4)
+    for wrong in (4, -1):
+        with pytest.raises(IndexError, match=f"replicate {wrong} does not exist; they run from 0 to 3"):
+            several.numba_sampler(replicate=wrong)
+    for wrong in (True, False, 0.0, "", [], np.array([0, 1])):
+        with pytest.raises(sky.UsageError, match="replicate must be a whole number"):
+            several.numba_sampler(replicate=wrong)
+    with pytest.raises(sky.UsageError, match="weighted"):
+        several.numba_sampler(weighted="no")
     one = pickle.loads(pickle.dumps(several.numba_sampler(1, replicate=2)))
     assert (one.n, one.replicate) == (np.diff(several.replicate_range(1, 2)).item(), 2)
     source("table").numba_sampler()  # what is imported without the compiler stays without it

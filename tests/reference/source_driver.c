@@ -5,14 +5,6 @@
 extern "C" {
 #endif
 
-/* the bits of a number */
-static inline uint64_t word_of(double x)
-{
-    uint64_t word;
-    memcpy(&word, &x, 8);
-    return word;
-}
-
 static aomc_sky_file file;
 static aomc_sky_source source, sources[16];
 static int32_t n_sources;
@@ -189,6 +181,14 @@ void driver_at(int is_double, const int64_t *index, int64_t n, void *rows, int32
 }
 
 #ifdef DRIVER_MAIN
+/* the bits of a number */
+static inline uint64_t word_of(double x)
+{
+    uint64_t word;
+    memcpy(&word, &x, 8);
+    return word;
+}
+
 /* Photons of every file named: a sum of bits, or the code. */
 int main(int count, char **arguments)
 {

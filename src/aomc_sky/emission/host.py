@@ -11,7 +11,7 @@ import numpy as np
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.errors import UsageError
 from aomc_sky.plan.plan import Plan
-from aomc_sky.whole_number import as_index_within
+from aomc_sky.whole_number import as_index
 
 try:
     from aomc_sky.emission.kernels.sampler import (
@@ -57,7 +57,10 @@ def _replicate(plan: Plan, replicate: int | None) -> int:
             f"this source has {plan.replicates} replicates, and a sampler has one",
             f"write numba_sampler(band, replicate=r), 0 to {plan.replicates - 1}",
         )
-    return as_index_within(replicate or 0, "replicate", 0, plan.replicates - 1)
+    found = 0 if replicate is None else as_index(replicate, "replicate")
+    if not 0 <= found < plan.replicates:
+        raise IndexError(f"replicate {found} does not exist; they run from 0 to {plan.replicates - 1}")
+    return found
 
 
 class _Block:
@@ -153,7 +156,8 @@ class NumbaSampler:
 
     def __repr__(self) -> str:
         numbers = f", {self.numbers} numbers each" if self.numbers else ""
-        return f"<NumbaSampler: band {self.band}, {self.n} photons, {self.precision}{numbers}>"
+        replicate = f", replicate {self.replicate}" if self._emitter.plan.replicates > 1 else ""
+        return f"<NumbaSampler: band {self.band}{replicate}, {self.n} photons, {self.precision}{numbers}>"
 
     @cached_property
     def sample(self) -> Any:

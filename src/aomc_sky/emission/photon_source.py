@@ -16,7 +16,7 @@ from aomc_sky.component import Component
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments, moments_of_rows
 from aomc_sky.emission.photons import MAX_NUMBERS, Arrays, Photon, PhotonBatch, batch_arrays
-from aomc_sky.errors import UsageError, require_kind
+from aomc_sky.errors import UsageError, require_kind, require_switch
 from aomc_sky.float_mode import in_default_mode, require_default
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.backend import announce_photons
@@ -461,6 +461,7 @@ class PhotonSource:
         from aomc_sky.emission.host import NumbaSampler
 
         require_default("a sampler inside a numba loop")
+        require_switch(weighted, "weighted")
         how: dict[str, Any] = {"weighted": weighted, "replicate": replicate}
         return NumbaSampler(self._emitter, self._band(band), _checked_numbers(numbers), **how)
 

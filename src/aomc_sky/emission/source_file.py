@@ -15,7 +15,7 @@ import numpy as np
 from aomc_sky.emission.band import Band
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.source_witnesses import witnesses
-from aomc_sky.plan.options import FootprintShape
+from aomc_sky.plan.options import MAX_REPLICATES, FootprintShape
 from aomc_sky.plan.streams import STREAM_VERSION
 
 MAGIC = b"AOMC-SKY"
@@ -31,8 +31,8 @@ _RECORD_WORDS = 40
 _CHECKSUM_WORD, _REPLICATES_WORD = 5, 16
 _NEEDED = 1
 _WEIGHT_KIND = 20
-_COARSER = 2
-"""A file has a quarter of the guide's entries: `fill` and `at` take as long, and the file has half the size."""
+_COARSER = 1
+"""A file has half of the guide's entries: `fill` and `at` take as long, and the file is smaller."""
 _OPTIONAL = ("stokes", "components")
 """Sections that change no direction: a header that does not know them skips them."""
 
@@ -189,13 +189,16 @@ def head_of(data: bytes) -> dict[str, Any] | None:
     n_bands, at, replicates = int(words[6]), int(words[7]) // 8, max(int(words[_REPLICATES_WORD]), 1)
     n_records = n_bands * replicates
     is_whole = words[4] == len(data) and int(words[_CHECKSUM_WORD]) == checksum(data)
-    if layout != LAYOUT or not is_whole or at + n_records * _RECORD_WORDS > words.size:
+    if layout != LAYOUT or not is_whole or replicates > MAX_REPLICATES or at + n_records * _RECORD_WORDS > words.size:
         return None
-    records = words[at : at + n_records * _RECORD_WORDS].reshape(n_records, _RECORD_WORDS)
-    photons = records[:, 0].reshape(replicates, n_bands).sum(axis=0).tolist()
-    floats = records[:n_bands, 3:5].copy().view(np.float64)
+    records = words[at : at + n_records * _RECORD_WORDS].reshape(replicates, n_bands, _RECORD_WORDS)
+    photons = records[..., 0].sum(axis=0).tolist()
+    floats = records[0, :, 3:5].copy().view(np.float64)
+    is_odd = np.isinf(floats).any() or np.isnan(floats[:, 0]).any()
+    if is_odd or np.any(records[..., 35] != np.arange(replicates, dtype=np.uint64)[:, None]):
+        return None
     kinds: set[int] = set()
-    for begin, n in records[:, 5:7].tolist():
+    for begin, n in records[..., 5:7].reshape(-1, 2).tolist():
         kinds |= set((words[begin // 8 : begin // 8 + 3 * n : 3] & np.uint64(0xFFFFFFFF)).tolist())
     return {
         "layout": layout,

@@ -39,13 +39,14 @@ class _Candidates:
     cell: np.ndarray
     direction: tuple[np.ndarray, ...]
     numbers: np.ndarray
+    position: tuple[np.ndarray, ...]
 
 
 def witnesses(emitter: Emitter, band: int) -> np.ndarray:
     """The witnesses of a band with photons, 12 words each: uint64, up to 32 x 12 of them.
 
     The words are index, patch, direction, three numbers, and three numbers inside: the direction of a lobe in float64,
-    or the luminance of the Perez sky; then 0.
+    or the luminance of the Perez sky; then the bits of x and y, those of y turned by 32, in one word.
     """
     found = _candidates(emitter, band)
     way, inside = np.zeros(found.index.size, np.int64), np.full((found.index.size, 3), UNKNOWN)
@@ -67,6 +68,8 @@ def witnesses(emitter: Emitter, band: int) -> np.ndarray:
         words[:, 2 + c] = found.direction[c].view(bits)[chosen]
         words[:, 5 + c] = np.ascontiguousarray(found.numbers[:, c]).view(bits)[chosen]
     words[:, 8:11] = inside[chosen]
+    x, y = (column.view(bits)[chosen].astype(np.uint64) for column in found.position)
+    words[:, 11] = x ^ (y << np.uint64(32) | y >> np.uint64(32))
     return words.ravel()
 
 
@@ -98,20 +101,21 @@ def _candidates(emitter: Emitter, band: int) -> _Candidates:
     parts = [[getattr(batch, name) for batch in batches] for name in ("index", "rank", "cell", "numbers")]
     index, rank, cell, numbers = (np.concatenate(part) for part in parts)
     direction = tuple(np.concatenate([batch.direction[c] for batch in batches]) for c in range(3))
-    return _Candidates(index=index, rank=rank, cell=cell, direction=direction, numbers=numbers)
+    position = tuple(np.concatenate([batch.position[c] for batch in batches]) for c in range(2))
+    return _Candidates(index=index, rank=rank, cell=cell, direction=direction, numbers=numbers, position=position)
 
 
 def _photons(emitter: Emitter, band: int, start: int, stop: int) -> _Candidates:
     """The photons [start, stop) of a band."""
-    arrays: dict[str, Any] = {name: np.empty(stop - start, emitter.dtype) for name in ("ux", "uy", "uz")}
-    arrays |= {name: np.empty(stop - start, emitter.dtype) for name in "xy" if emitter.has_positions}
+    arrays: dict[str, Any] = {name: np.zeros(stop - start, emitter.dtype) for name in ("ux", "uy", "uz", "x", "y")}
     arrays |= {"patch": np.empty(stop - start, np.int32), "numbers": np.empty((stop - start, 3), emitter.dtype)}
     emitter.fill_plain(band, start, arrays)
     index = np.arange(start, stop, dtype=np.uint64)
     order = emitter._stream(band).order
     rank = ranks_of_photons(start, stop, int(order[0]), order[3:]) if order.size else index
     direction = (arrays["ux"], arrays["uy"], arrays["uz"])
-    return _Candidates(index=index, rank=rank, cell=arrays["patch"], direction=direction, numbers=arrays["numbers"])
+    rest = {"numbers": arrays["numbers"], "position": (arrays["x"], arrays["y"])}
+    return _Candidates(index=index, rank=rank, cell=arrays["patch"], direction=direction, **rest)
 
 
 def _index_of_rank(rank: int, n: int, keys: list[int]) -> int:

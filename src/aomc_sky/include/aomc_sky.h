@@ -51,7 +51,7 @@
 #if defined(__BYTE_ORDER__) && __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
 #error "aomc_sky.h needs a little-endian machine"
 #endif
-#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16
+#if !defined(AOMC_SKY_DECLARE_ONLY) && defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16
 #error "aomc_sky.h needs floats that are computed as floats (FLT_EVAL_METHOD 0): on 32-bit x86 add -msse2 -mfpmath=sse"
 #endif
 
@@ -174,7 +174,7 @@ typedef struct aomc_sky_source {
     double wavelength_nm;
     double irradiance_W_m2_nm; /* of a horizontal plane, all components; NaN where it is relative */
     const float *stokes;       /* Q/I and U/I of patch p: stokes[2 * p] and the next one; NULL: not polarised */
-    double photon_light;       /* of a photon of weight 1: irradiance / n [W m-2 nm-1], 1 where light is relative */
+    double photon_light;       /* of a photon of weight 1: irradiance over photons of all replicates [W m-2 nm-1], or 1 */
     /* what follows is ours */
     int32_t precision, is_shuffled, is_short, by_philox, law_of_all, has_wide_ranks, azimuth_kernel, is_common;
     int32_t n_slot, n_cell, lobe_ends[2], n_witness, disc_cell; /* a disc, if all other cells have `law_of_all`; else -1 */
@@ -1357,7 +1357,7 @@ enum {
     AOMC_SKY_REPLICATE_COUNT,
     AOMC_SKY_LAST_KIND = AOMC_SKY_REPLICATE_COUNT
 };
-enum { AOMC_SKY_HEAD_BYTES = 192, AOMC_SKY_RECORD_WORDS = 40, AOMC_SKY_ENTRY_WORDS = 3 };
+enum { AOMC_SKY_MOST_REPLICATES = 4096, AOMC_SKY_HEAD_BYTES = 192, AOMC_SKY_RECORD_WORDS = 40, AOMC_SKY_ENTRY_WORDS = 3 };
 
 /* Checksum over a file of whole words but for its own word, the sixth. */
 AOMC_SKY_HOST_API uint64_t aomc_sky_checksum(const void *bytes, uint64_t size) {
@@ -1577,6 +1577,12 @@ SKY_HOST int aomc_sky_check_cells(const aomc_sky_source *s, uint64_t n_words) {
             bad += !((bound >= 0.0 && bound <= DBL_MAX) || bound < -DBL_MAX);
         }
     }
+    for (k = 0; bad == 0 && k < s->n_slot; k++) { /* a law is that of cells with photons */
+        int32_t cell = s->cell_of_slot ? s->cell_of_slot[k] : k;
+        int law = s->law ? s->law[cell] : s->law_of_all;
+        if (s->lobe && s->lobe[cell] >= 0) continue;
+        bad += s->precision == 4 ? !aomc_sky_is_sound_f32(s, cell, law) : !aomc_sky_is_sound_f64(s, cell, law);
+    }
     return bad == 0 && (!s->perez_word || aomc_sky_are_bounded(s->sky, 11, DBL_MAX));
 }
 
@@ -1676,7 +1682,7 @@ AOMC_SKY_HOST_API int aomc_sky_view(const void *bytes, uint64_t size, aomc_sky_f
     memcpy(&n_replicates, from + 128, 8);
     if (n_replicates == 0) n_replicates = 1; /* an older file */
     if ((precision != 4 && precision != 8) || word % 64 != 0 || word > size || n_bands > 0x7FFFFFFF ||
-        n_replicates > 0x7FFFFFFF || n_bands * n_replicates > (size - word) / (8 * AOMC_SKY_RECORD_WORDS))
+        n_replicates > AOMC_SKY_MOST_REPLICATES || n_bands * n_replicates > (size - word) / (8 * AOMC_SKY_RECORD_WORDS))
         return AOMC_SKY_DIRECTORY;
     file->bytes = from, file->size = size, file->n_bands = (int32_t)n_bands, file->precision = (int32_t)precision;
     file->n_replicates = (int32_t)n_replicates;
@@ -1719,25 +1725,26 @@ AOMC_SKY_HOST_API void aomc_sky_unload(aomc_sky_file *file) {
     memset(file, 0, sizeof *file);
 }
 
+/* A code, and a source without photons. */
+SKY_HOST int aomc_sky_refused(int code, aomc_sky_source *source) {
+    memset(source, 0, sizeof *source);
+    return code;
+}
+
 /* Band `band`, from 0, of replicate `replicate`, from 0, whose bytes are copied to `device_bytes`, for use there, by a
  * host that counts each photon with its weight. The weights of a file that has none are 1. */
 AOMC_SKY_HOST_API int aomc_sky_weighted_replicate_at(const aomc_sky_file *file, int32_t band, int32_t replicate,
     const void *device_bytes, aomc_sky_source *source) {
     aomc_sky_section t[AOMC_SKY_LAST_KIND + 1];
     if (!file || !file->bytes || !device_bytes || !source) return AOMC_SKY_NULL;
-    if (band < 0 || band >= file->n_bands || replicate < 0 || replicate >= file->n_replicates) return AOMC_SKY_NO_BAND;
+    if (band < 0 || band >= file->n_bands || replicate < 0 || replicate >= file->n_replicates)
+        return aomc_sky_refused(AOMC_SKY_NO_BAND, source);
     return aomc_sky_open_band(file, band, replicate, device_bytes, source, t);
 }
 
 AOMC_SKY_HOST_API int aomc_sky_weighted_replicate(
     const aomc_sky_file *file, int32_t band, int32_t replicate, aomc_sky_source *source) {
     return aomc_sky_weighted_replicate_at(file, band, replicate, file ? file->bytes : NULL, source);
-}
-
-/* No photons of a band that the host would count wrongly: its code. */
-SKY_HOST int aomc_sky_refused(int code, aomc_sky_source *source) {
-    memset(source, 0, sizeof *source);
-    return code;
 }
 
 /* The same for a host that counts all photons alike: a band with weights has a code, AOMC_SKY_WEIGHTS, and no photons. */
@@ -2017,6 +2024,24 @@ SKY_FORMULA uint64_t SKY_(cell)(const aomc_sky_source *s, int32_t cell, SKY_F *p
 #endif
     p[3] = tail[2], p[4] = tail[0], p[5] = tail[1];
     return ring_offset;
+}
+
+/* Whether photons at both ends of a cell have unit vectors that travel down. Those between them have, too: the roots are
+ * of sums that are linear in u. */
+SKY_FN int SKY_(is_sound)(const aomc_sky_source *s, int32_t cell, int law) {
+    const SKY_F one = 1, widest = (SKY_F)(s->azimuth_kernel == AOMC_SKY_NARROW ? 1.0 / 60.0 : 0.5);
+    SKY_F p[6];
+    int end;
+    SKY_(cell)(s, cell, p);
+    if (law == s->law_of_all && s->azimuth_kernel <= AOMC_SKY_QUARTER && !(p[3] <= widest)) return 0;
+    for (end = 0; end < 2; end++) {
+        SKY_F u = end ? SKY_(unit)(UINT64_MAX) : 0, out[3], excess;
+        if (law == AOMC_SKY_DISC_AT_HORIZON) SKY_(horizon_trial)(p, u, u, out);
+        else SKY_(direction)(s, law, p, u, u, 0, out);
+        excess = out[0] * out[0] + out[1] * out[1] + out[2] * out[2] - one;
+        if (!(excess < (SKY_F)1e-4 && excess > (SKY_F)-1e-4 && out[2] <= 0)) return 0;
+    }
+    return 1;
 }
 
 /* ---- skies/perez/kernels ---- */
@@ -2771,7 +2796,15 @@ SKY_FN void SKY_(number_range)(const aomc_sky_source *s, uint64_t start, uint64_
     }
 }
 
-/* Whether a photon is the witness w, alone and in a block: index, patch, directions, numbers, and what is inside. */
+SKY_FN uint64_t SKY_(word_of_position)(SKY_F x, SKY_F y) {
+    uint64_t a = 0, b = 0;
+    memcpy(&a, &x, sizeof x);
+    memcpy(&b, &y, sizeof y);
+    return a ^ (b << 32 | b >> 32);
+}
+
+/* Whether a photon is the witness w, alone and in a block: index, patch, directions, numbers, what is inside, and a word
+ * of its position, 0 of a point and in older files. */
 SKY_FN int SKY_(agrees)(const aomc_sky_source *s, const uint64_t *w) {
     SKY_F one[6], all[6];
     double inside[3];
@@ -2788,7 +2821,8 @@ SKY_FN int SKY_(agrees)(const aomc_sky_source *s, const uint64_t *w) {
         bad |= word != w[2 + c];
     }
     for (c = 0; c < 3; c++) bad |= w[8 + c] != SKY_UNKNOWN && aomc_sky_bits(inside[c]) != w[8 + c];
-    bad |= patch != (int32_t)w[1];
+    SKY_(position_range)(s, i, 1, all, all + 1);
+    bad |= patch != (int32_t)w[1] || (w[11] != 0 && SKY_(word_of_position)(all[0], all[1]) != w[11]);
 #ifndef SKY_ON_DEVICE
     {
         SKY_F block[6][SKY_BLOCK];

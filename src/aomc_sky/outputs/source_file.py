@@ -35,8 +35,8 @@ def write_source(source: PhotonSource, path: str | Path) -> None:
     """Write a source as one file, with which any code makes its photons without Python.
 
     The header ``aomc_sky.h`` (in the folder of ``aomc-sky info --include-dir``) reads it: C, C++, CUDA and Fortran get
-    the photons of `PhotonSource.photons`, bit for bit. The file has about half a megabyte for each waveband of 32 400
-    patches, however many photons there are.
+    the photons of `PhotonSource.photons`, bit for bit. The file has up to a megabyte for each waveband of 32 400
+    patches, however many photons there are, and a part of that again for each further replicate.
 
     Parameters
     ----------

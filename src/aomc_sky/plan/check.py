@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.component import N_CELL_PARAMETERS, Component, Law, is_polarisation
+from aomc_sky.component import MOST_WEIGHT, N_CELL_PARAMETERS, Component, Law, is_polarisation
 from aomc_sky.errors import AomcSkyError, InputFileError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod, PlanBand
@@ -158,6 +158,10 @@ def check_members(members: Mapping[str, Any], options: Any) -> None:
     _require(same, "E954", "keys", f"expected the keys that follow from seed {options['seed']}")
     mass = members["mass"]
     _require(np.all((mass >= 0) & (mass <= _MOST_MASS)), "E954", "mass", "expected masses from 0 to 1")
+    weight = members["weight"]
+    _require(
+        np.all((weight >= 0) & (weight <= MOST_WEIGHT)), "E954", "weight", f"expected weights from 0 to {MOST_WEIGHT:g}"
+    )
     n_cell, start, law = lengths["n_cell"], members["component_start"], members["law"]
     rises = start[0] == 0 and start[-1] == n_cell and np.all(start[1:] > start[:-1])
     _require(rises, "E954", "component_start", f"expected increasing cell numbers from 0 to {n_cell}")

@@ -182,10 +182,11 @@ def validate(arguments: argparse.Namespace) -> int:
     for named in arguments.paths:
         own: list[dict[str, Any]] = []
         for path in _files_of(Path(named)):
-            read = readers.get(kind_of(path) or Kind.SCENE, readers[Kind.SCENE])
+            kind = kind_of(path) or Kind.SCENE
+            read = readers.get(kind, readers[Kind.SCENE])
             with status_line("reading the files", enabled=not arguments.json):
                 result, code, _ = _checked(path, read, arguments.strict)
-            own.append(result)
+            own.append(result | {"checked": "head and checksum" if kind is Kind.SOURCE else "all"})
             worst = max(worst, code)
         if (Path(named) / "amc.inp").is_file():
             worst = max(worst, _check_scene(Path(named), arguments, own))
@@ -198,7 +199,9 @@ def validate(arguments: argparse.Namespace) -> int:
             if result["problems"] and result["problems"] not in printed:
                 printed.append(result["problems"])
                 print(*result["problems"], sep="\n", file=sys.stderr)
-            print(f"{result['path']}: {'ok' if result['ok'] else 'has errors' if result['was_read'] else 'not read'}")
+            # tables are for aomc_sky_load of a host, which has the compiler whose bits are in question
+            ok = "ok" if result.get("checked") != "head and checksum" else "head and checksum are ok"
+            print(f"{result['path']}: {ok if result['ok'] else 'has errors' if result['was_read'] else 'not read'}")
     return worst
 
 
