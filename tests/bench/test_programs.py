@@ -26,6 +26,7 @@ SMALL = {
     "number_modes.py": "--grids uniform --photons 100 --work 400",
     "number_steps.py": "--candidates 20",
     "polarised_field.py": "",
+    "published.py": "--gains --photons 500 --replicates 4",
     "report.py": "page.md --skies uniform --photons 1e3 2000 --replicates 2 --turns 1",
     "same_bits.py": "--plain --write bits.json",
     "same_plans.py": "--only cie --write plans.json",
