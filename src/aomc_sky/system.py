@@ -254,6 +254,25 @@ def n_cpus() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+_tidying = 0
+
+
+@contextlib.contextmanager
+def tidying() -> Iterator[None]:
+    """While the block runs, the process must not end at once: it has processes of its own to end."""
+    global _tidying  # noqa: PLW0603
+    _tidying += 1
+    try:
+        yield
+    finally:
+        _tidying -= 1
+
+
+def is_tidying() -> bool:
+    """Whether a `tidying` block runs."""
+    return _tidying > 0
+
+
 @contextlib.contextmanager
 def interrupts_held() -> Iterator[None]:
     """Let Ctrl-C wait until the block has ended; other threads than the main one never see it."""

@@ -106,3 +106,62 @@ def test_an_interrupt_waits_for_the_compiler(fault, interruptible, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         function(1)
     assert len(ended) == 1
+
+
+BEFORE_ANYTHING = """
+import os, signal, sys
+import {module}
+os.kill(os.getpid(), signal.SIGINT)
+print("it goes on")
+"""
+
+
+def interrupted(program, *words):
+    """A program that hears Ctrl-C, which a shell lets its background jobs ignore."""
+    hear = lambda: signal.signal(signal.SIGINT, signal.default_int_handler)  # noqa: E731
+    words = [sys.executable, "-c", program, *map(str, words)]
+    return subprocess.run(words, capture_output=True, text=True, timeout=60, check=False, preexec_fn=hear)
+
+
+@row(55, "before the package")
+def test_the_command_hears_an_interrupt_before_the_package_is_imported(fault):
+    """Planted: the package alone, whose import ended in a traceback and a death by the signal."""
+    done = interrupted(BEFORE_ANYTHING.format(module="aomc_sky_command"))
+    assert (done.returncode, done.stderr, done.stdout) == (130, "aomc-sky: interrupted\n", "")
+    assert "KeyboardInterrupt" in interrupted(BEFORE_ANYTHING.format(module="aomc_sky.cli.main")).stderr
+
+
+DEAF = """
+import os, signal, sys, threading, time
+from aomc_sky import system
+from aomc_sky.cli import interrupts, main
+
+def deaf(arguments):
+    for k in range(int(sys.argv[2])):
+        threading.Timer(0.1 + 0.2 * k, os.kill, (os.getpid(), signal.SIGINT)).start()
+    block = system.tidying() if len(sys.argv) > 3 else system.interrupts_held()
+    with block, system.interrupts_held():
+        end = time.monotonic() + 2
+        while time.monotonic() < end:
+            time.sleep(0.01)
+        print("it came back", flush=True)
+    return 0
+
+interrupts.GRACE_S = float(sys.argv[1])
+from aomc_sky.cli.commands import info
+info.info = deaf
+sys.exit(main.main(["info", "x"]))
+"""
+
+
+@pytest.mark.parametrize(
+    ("grace_s", "presses", "more", "came_back"),
+    [(0.3, 1, [], False), (60, 2, [], False), (60, 1, [], True), (0.3, 1, ["tidying"], True)],
+    ids=[f"row-55-{name}" for name in ("once", "twice", "in-time", "tidying")],
+)
+def test_a_command_that_hears_nothing_ends_soon(grace_s, presses, more, came_back):
+    """As in numba's compiler; a second Ctrl-C ends it at once, and one that ends processes of its own is left alone."""
+    done = interrupted(DEAF, grace_s, presses, *more)
+    assert done.returncode == 130
+    assert done.stderr == "aomc-sky: interrupted\n"
+    assert ("it came back" in done.stdout) == came_back

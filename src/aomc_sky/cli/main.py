@@ -11,15 +11,15 @@ import errno
 import io
 import os
 import re
-import signal
 import sys
 import traceback
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from types import FrameType
+from functools import partial
 from typing import Any, TextIO
 
+from aomc_sky.cli.interrupts import interrupts_heard, interrupts_remembered
 from aomc_sky.cli.terminal import error_text
 from aomc_sky.cli.usage import WITHDRAWN, WrongWordsError, build_parser
 from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning, PluginError, Problem, visible
@@ -45,7 +45,7 @@ def _main(argv: Sequence[str] | None) -> int:
     arguments = argparse.Namespace()
     words = sys.argv[1:] if argv is None else list(argv)
     try:
-        with _interrupts_remembered(), default_mode():
+        with interrupts_heard(partial(_end, arguments)), interrupts_remembered(), default_mode():
             _parse(words, arguments)
             with warnings_at_end(is_strict=getattr(arguments, "strict", False)):
                 code = int(arguments.handler(arguments))
@@ -130,37 +130,6 @@ def warnings_at_end(*, is_strict: bool = False) -> Iterator[None]:
                 print(text if "warning[" in text else f"aomc-sky: warning: {text}", file=sys.stderr)
 
 
-@contextlib.contextmanager
-def _interrupts_remembered() -> Iterator[None]:
-    """After Ctrl-C, raise KeyboardInterrupt in place of any exception that ends the block.
-
-    The import of numpy, for example, turns an interrupt into an ImportError. It changes nothing in other threads than
-    the main one, or if something else handles or ignores SIGINT.
-    """
-    was_pressed = False
-
-    def remember(number: int, frame: FrameType | None) -> None:
-        nonlocal was_pressed
-        was_pressed = True
-        raise KeyboardInterrupt
-
-    try:
-        is_ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-        if is_ours:
-            signal.signal(signal.SIGINT, remember)
-    except ValueError:  # another thread than the main one
-        is_ours = False
-    try:
-        yield
-    except Exception as error:
-        if was_pressed:
-            raise KeyboardInterrupt from error
-        raise
-    finally:
-        if is_ours:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
 def _open_missing_streams() -> None:
     """Open closed standard streams (`>&-`) on the null device: files of a run must not get their numbers."""
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
@@ -225,6 +194,15 @@ def _report_failure(error: BaseException, arguments: argparse.Namespace, *, as_j
     if cause is not None and not arguments.verbose:
         print("      = -v shows where in that package", file=sys.stderr)
     return failure.exit_code
+
+
+def _end(arguments: argparse.Namespace) -> None:
+    """End the process as after Ctrl-C, while the main thread hears nothing."""
+    failure = _failure_of(KeyboardInterrupt(), arguments)
+    assert failure is not None, "an interrupt has words"
+    with contextlib.suppress(OSError):
+        os.write(2, f"{failure.text}\n".encode())
+    os._exit(failure.exit_code)
 
 
 def _as_json(failure: Failure) -> dict[str, Any]:

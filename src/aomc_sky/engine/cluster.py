@@ -31,7 +31,7 @@ from aomc_sky.outputs.run_folder import PLAN, RunFolder
 from aomc_sky.outputs.shard import Shard
 from aomc_sky.plan.plan import Plan
 from aomc_sky.source.scene import Scene
-from aomc_sky.system import n_cpus
+from aomc_sky.system import n_cpus, tidying
 
 TASK_PHOTONS = 1 << 20
 """Photons of a task; a run with more than `MAX_TASKS` of these has larger tasks."""
@@ -162,6 +162,7 @@ def _interrupts_ignored() -> Iterator[None]:
 def _cluster_client(distributed: Any, scheduler: str | None, n_workers: int) -> Iterator[Any]:
     """Connect to a scheduler, or start a local cluster that ends with the context."""
     with contextlib.ExitStack() as stack:
+        stack.enter_context(tidying())
         if scheduler is None:
             scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="aomc-sky-dask-"))
             with _interrupts_ignored():  # Ctrl-C reaches the workers too, and they would print tracebacks

@@ -21,7 +21,7 @@ import numpy as np
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.kernels.backend import announce_photons
+from aomc_sky.kernels.backend import announce_photons, use_kernels
 from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, SOURCE, SOURCE_FILE, photon_writer
 from aomc_sky.outputs.run_folder import PLAN, RunFolder, os_error
@@ -338,6 +338,8 @@ class ChunkPool:
         """
         sums, writers = PhotonSums(self.source.replicates), [writer for writer, _ in targets]
         chosen = block_spans(0, self.source.launched[band]) if spans is None else spans
+        if use_kernels(0) and self.source.launched[band]:
+            self._chunk(band, writers, (0, 1))  # compiles here, for the main thread alone hears Ctrl-C
         made = in_order(self._executor, self.threads, partial(self._chunk, band, writers), chosen)
         with contextlib.closing(made):  # if a target fails, threads end before the pool does
             for start, chunks, block, n_photons in made:
