@@ -255,6 +255,17 @@ def n_cpus() -> int:
 
 
 _tidying = 0
+_listeners: list[Callable[[], None]] = []
+
+
+@contextlib.contextmanager
+def deafness_told(listen: Callable[[], None]) -> Iterator[None]:
+    """Within the block, call `listen` before each `interrupts_held`."""
+    _listeners.append(listen)
+    try:
+        yield
+    finally:
+        _listeners.remove(listen)
 
 
 @contextlib.contextmanager
@@ -276,6 +287,8 @@ def is_tidying() -> bool:
 @contextlib.contextmanager
 def interrupts_held() -> Iterator[None]:
     """Let Ctrl-C wait until the block has ended; other threads than the main one never see it."""
+    for listen in _listeners:
+        listen()
     pressed: list[tuple[int, FrameType | None]] = []
     before = signal.getsignal(signal.SIGINT)
     is_held = callable(before) and threading.current_thread() is threading.main_thread()

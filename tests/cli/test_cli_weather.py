@@ -139,4 +139,6 @@ def test_photons_of_an_hour_are_those_of_its_numbers(tmp_path, told):
     numbers += ("--dni", 496, "--dhi", 281, "--extraterrestrial", repr(shown["extraterrestrial_normal"]))
     assert command("perez", *numbers, *SMALL, "--with-beam", "--out", tmp_path / "numbers", "-q") == 0
     one, two = run_bytes(tmp_path / "hour"), run_bytes(tmp_path / "numbers")
-    assert {name for name in one if one[name] != two[name]} == {"manifest.json"}
+    assert {name for name in one if one[name] != two[name]} == {"manifest.json", "plan.npz"}  # both name the scene
+    plans = [sky.Plan.load(tmp_path / name / "plan.npz") for name in ("hour", "numbers")]
+    assert plans[0].sha256 == plans[1].sha256

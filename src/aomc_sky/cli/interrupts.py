@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Iterator
 from types import FrameType
 
-from aomc_sky.system import is_tidying
+from aomc_sky.system import deafness_told, is_tidying
 
 GRACE_S = 1.5
 """Time for a command to end by itself after Ctrl-C. numba's compiler hears none, and takes up to half a minute."""
@@ -77,12 +77,20 @@ def interrupts_heard(end: Callable[[], None]) -> Iterator[None]:
         if is_pressed(None) and is_pressed(GRACE_S) and not is_tidying():
             end()
 
-    watcher = threading.Thread(target=watch, name="aomc-sky-interrupts", daemon=True)
-    watcher.start()
+    watchers: list[threading.Thread] = []
+
+    def listen() -> None:
+        """Start the thread where the main one stops hearing: it takes 64 MB of the address space (`ulimit -v`)."""
+        if not watchers:
+            watchers.append(threading.Thread(target=watch, name="aomc-sky-interrupts", daemon=True))
+            watchers[0].start()
+
     try:
-        yield
+        with deafness_told(listen):
+            yield
     finally:
         signal.set_wakeup_fd(before)
         os.close(told)
-        watcher.join()
+        for watcher in watchers:
+            watcher.join()
         os.close(heard)

@@ -1,5 +1,7 @@
 """The dataset of a run: the counts of the source under the names that users of netCDF expect."""
 
+import io
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,9 @@ import aomc_sky
 from aomc_sky import DirectBeam, Scene, TabulatedSky, UniformSky
 from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.grid import PatchGrid
+from aomc_sky.outputs.tables import netcdf
 from aomc_sky.outputs.tables.netcdf import plan_of_netcdf, to_xarray, write_netcdf
+from tests.support.shared import INPUTS
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("h5netcdf")
@@ -95,3 +99,13 @@ def test_absolute_irradiances_stand_beside_the_counts():
     assert absolute.irradiance.to_numpy().tolist() == [1.0, 2.0]
     assert absolute.irradiance_direct.to_numpy().tolist() == [0.25, 0.0]
     assert absolute.irradiance.attrs["units"] == "W m-2 nm-1"
+
+
+@pytest.mark.parametrize("name", ["clear_day", "perez_sky", "overcast"])
+def test_the_file_is_the_dataset(name):
+    """Written by h5netcdf alone, it has the types, gaps, coordinates and attributes of `to_xarray`."""
+    source = aomc_sky.read_scene(INPUTS / name, iterations=1000).source(1)
+    expected = to_xarray(source)
+    found = xarray.load_dataset(io.BytesIO(netcdf.netcdf_bytes(netcdf._table(source))), engine="h5netcdf")
+    xarray.testing.assert_identical(found, expected)
+    assert {k: found[k].dtype for k in found.variables} == {k: expected[k].dtype for k in expected.variables}

@@ -20,7 +20,7 @@ from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, write_skydist
 from aomc_sky.formats.netcdf import EXTRA
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.run_folder import RunFolder
-from aomc_sky.outputs.tables.netcdf import Variable, grid_bounds, grid_coordinates, netcdf_bytes, variable
+from aomc_sky.outputs.tables.netcdf import Table, Variable, grid_bounds, grid_coordinates, netcdf_bytes, variable
 from aomc_sky.skies.atmosphere.backward import seed_of, solve_paths
 from aomc_sky.skies.atmosphere.medium import unlit
 from aomc_sky.skies.atmosphere.model import AtmosphereSky
@@ -35,13 +35,12 @@ _ORDERS = ("sun_zenith", "wavelength", "order", "zenith", "azimuth")
 
 def require_netcdf() -> None:
     """Raise MissingExtraError, before the work, if the packages for netCDF are not installed."""
-    for name in ("xarray", "h5netcdf", "h5py"):
+    for name in ("h5netcdf", "h5py"):
         optional_module(name, extra=EXTRA)
 
 
-def _dataset(skies: Sequence[AtmosphereSky], description: str) -> Any:  # xarray.Dataset
+def _table(skies: Sequence[AtmosphereSky], description: str) -> Table:
     """Over `sun_zenith`, `wavelength`, `order`, `zenith`, `azimuth` [degree, nm]; radiances are means of patches."""
-    xr = optional_module("xarray", extra=EXTRA)
     sky, grid = skies[0], skies[0].grid
     variables = _light(skies) | _medium(sky) | grid_bounds(grid, "")
     last = "; the last row holds all later orders too" if sky.n_listed < sky.solved.n_orders else ""
@@ -57,7 +56,7 @@ def _dataset(skies: Sequence[AtmosphereSky], description: str) -> Any:  # xarray
         "order": variable("order", np.arange(1, sky.n_listed + 1), meaning, "1"),
     }
     one_sun = {"sun_zenith_deg": sky.sun_zenith_deg} if len(skies) == 1 else {}
-    return xr.Dataset(variables, coordinates, {**_attributes(sky, description), **one_sun})
+    return Table(variables, coordinates, {**_attributes(sky, description), **one_sun})
 
 
 def _by_order(skies: Sequence[AtmosphereSky]) -> np.ndarray:
@@ -135,24 +134,24 @@ def write_atmosphere_netcdf(
     table of `saves.glow` needs `glow` (n_wl,), the radiance of a ground of 1 cd m-2 [W m-2 sr-1 nm-1], and has
     `n_glow_rows` zenith angles. All variables except the axes are rounded to `significand_bits` [1 to 24], in float32.
     """
-    dataset, axes = _dataset(skies, description), dict[str, Variable]()
+    table = _table(skies, description)
+    variables, axes = table.variables, table.coordinates
     if saves.irradiance:
-        _add_irradiance(dataset, skies)
+        _add_irradiance(variables, skies)
     if saves.cumulative:
         text = "radiance of the sky of all orders up to this one, mean over the patch"
-        dataset["radiance_up_to_order"] = variable(_ORDERS, np.cumsum(_by_order(skies), axis=2), text, _RADIANCE)
+        variables["radiance_up_to_order"] = variable(_ORDERS, np.cumsum(_by_order(skies), axis=2), text, _RADIANCE)
     if saves.any_source:
-        _add_sources(dataset, axes, skies, saves)
+        _add_sources(variables, axes, skies, saves)
     if saves.glow:
         assert glow is not None, "the caller has asked for it"
-        _add_glow(dataset, axes, skies[0], glow, n_glow_rows)
-    dataset = dataset.assign_coords(axes)
+        _add_glow(variables, axes, skies[0], glow, n_glow_rows)
     if significand_bits is not None:
-        for one in dataset.data_vars.values():
-            if "units" in one.attrs:  # edges of patches and names have none
-                one.data = rounded_significand(one.values, significand_bits)
-        dataset.attrs["significand_bits"] = significand_bits
-    RunFolder(path.parent).write(path.name, netcdf_bytes(dataset))
+        for name, (dimensions, values, *attributes) in variables.items():
+            if attributes and "units" in attributes[0]:  # edges of patches and names have none
+                variables[name] = (dimensions, rounded_significand(values, significand_bits), *attributes)
+        table.attributes["significand_bits"] = significand_bits
+    RunFolder(path.parent).write(path.name, netcdf_bytes(table))
 
 
 def rounded_significand(values: np.ndarray, n_bits: int) -> np.ndarray:
@@ -212,14 +211,16 @@ def check_saves(saves: Saves, *, methods: Sequence[str], glow: np.ndarray | None
         raise UsageError('--save-light-pollution: the description has no "light pollution relative radiance" above 0')
 
 
-def _add_irradiance(dataset: Any, skies: Sequence[AtmosphereSky]) -> None:
+def _add_irradiance(variables: dict[str, Any], skies: Sequence[AtmosphereSky]) -> None:
     area = skies[0].grid.projected_solid_angle_sr
     values = np.stack([sky.patch_mean @ area for sky in skies])
     text = "irradiance of the sky on the horizontal ground by the number of interactions"
-    dataset["irradiance_by_order"] = variable(("sun_zenith", "wavelength", "order"), values, text, _IRRADIANCE)
+    variables["irradiance_by_order"] = variable(("sun_zenith", "wavelength", "order"), values, text, _IRRADIANCE)
 
 
-def _add_sources(dataset: Any, axes: dict[str, Variable], skies: Sequence[AtmosphereSky], saves: Saves) -> None:
+def _add_sources(
+    variables: dict[str, Any], axes: dict[str, Variable], skies: Sequence[AtmosphereSky], saves: Saves
+) -> None:
     angle = np.deg2rad(SOURCE_DEG)
     solved = {
         k: source_functions(sky.medium, np.deg2rad(sky.sun_zenith_deg), angle, angle, n_orders=max(sky.n_listed, 2))
@@ -236,20 +237,22 @@ def _add_sources(dataset: Any, axes: dict[str, Variable], skies: Sequence[Atmosp
     if saves.source:
         dimensions = ("sun_zenith", "wavelength", "source_order", "altitude", "source_zenith", "source_azimuth")
         text = "light that a volume of air scatters into an order, where one looks to see it"
-        dataset["source_by_order"] = variable(dimensions, by_order, text, _SOURCE)
+        variables["source_by_order"] = variable(dimensions, by_order, text, _SOURCE)
         orders = np.arange(2, 2 + by_order.shape[2])
         axes["source_order"] = variable("source_order", orders, "interactions", "1")
         axes["source_azimuth"] = variable("source_azimuth", SOURCE_DEG, "azimuth from the sun", "degree")
     if saves.source_from_ground:
         text = "light that a volume of air scatters into order 2 out of the direct beam reflected by the ground"
         axes_of_ground = ("sun_zenith", "wavelength", "altitude", "source_zenith")
-        dataset["source_from_ground"] = variable(axes_of_ground, from_ground, text, _SOURCE)
+        variables["source_from_ground"] = variable(axes_of_ground, from_ground, text, _SOURCE)
     axes["altitude"] = variable("altitude", some.altitude_m, "altitude above the ground", "m")
     text = "zenith angle looked into; beyond 90 down"
     axes["source_zenith"] = variable("source_zenith", SOURCE_DEG, text, "degree")
 
 
-def _add_glow(dataset: Any, axes: dict[str, Variable], sky: AtmosphereSky, glow: np.ndarray, n_rows: int) -> None:
+def _add_glow(
+    variables: dict[str, Any], axes: dict[str, Variable], sky: AtmosphereSky, glow: np.ndarray, n_rows: int
+) -> None:
     zenith = (np.arange(n_rows) + 0.5) * 90.0 / n_rows
     light = solve_paths(
         unlit(sky.medium), sun_zenith_rad=0.0, sky_zenith_rad=np.deg2rad(zenith), azimuth_from_sun_rad=np.zeros(n_rows),
@@ -259,8 +262,8 @@ def _add_glow(dataset: Any, axes: dict[str, Variable], sky: AtmosphereSky, glow:
     dimensions, values = ("wavelength", "glow_order", "glow_zenith"), light.radiance_by_order
     errors = light.standard_error_by_order
     text = "radiance of the sky by the light of a ground of luminance 1 cd m-2, by the number of interactions"
-    dataset["glow_by_order"] = variable(dimensions, values, text, _GLOW_UNITS)
-    dataset["glow_standard_error"] = variable(dimensions, errors, "standard error of glow_by_order", _GLOW_UNITS)
+    variables["glow_by_order"] = variable(dimensions, values, text, _GLOW_UNITS)
+    variables["glow_standard_error"] = variable(dimensions, errors, "standard error of glow_by_order", _GLOW_UNITS)
     orders = np.arange(1, 1 + values.shape[1])
     axes["glow_order"] = variable("glow_order", orders, "interactions after the ground", "1")
     axes["glow_zenith"] = variable("glow_zenith", zenith, "zenith angle looked into", "degree")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,18 @@ from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.plan.laws import beam_deg
 from aomc_sky.system import prepare_target
+
+Variable = tuple[str | tuple[str, ...], Any, dict[str, Any]]
+"""Dimensions, values and attributes, as xarray takes them."""
+
+
+class Table(NamedTuple):
+    """What a dataset of xarray is made of. A file is written without xarray, whose import takes as long as the rest."""
+
+    variables: dict[str, Any]
+    coordinates: dict[str, Any]
+    attributes: dict[str, Any]
+
 
 _LONG_NAMES = {
     "counts": "photons of the {part}",
@@ -62,6 +74,10 @@ def to_xarray(source: PhotonSource) -> Any:  # xarray.Dataset; the package is op
     """
     require_kind(source, PhotonSource, "to_xarray(scene.source(seed=1))")
     xr = optional_module("xarray", extra=EXTRA)
+    return xr.Dataset(*_table(source))
+
+
+def _table(source: PhotonSource) -> Table:
     variables: dict[str, Any] = {}
     coordinates = _band_coordinates(source)
     first_with_patches = next((k for k, c in enumerate(source.components) if c.grid is not None), None)
@@ -75,10 +91,7 @@ def to_xarray(source: PhotonSource) -> Any:  # xarray.Dataset; the package is op
         if component.grid is not None:
             coordinates |= grid_coordinates(component.grid, ending)
             variables |= grid_bounds(component.grid, ending)
-    return xr.Dataset(variables, coordinates, _attributes(source))
-
-
-Variable = tuple[str | tuple[str, ...], Any, dict[str, Any]]
+    return Table(variables, coordinates, _attributes(source))
 
 
 def variable(
@@ -222,21 +235,38 @@ def write_netcdf(source: PhotonSource, path: str | Path) -> None:
     """Write the dataset of `to_xarray` as a netCDF-4 file, atomically and compressed."""
     target = Path(path)
     prepare_target(target)
-    RunFolder(target.parent).write(target.name, netcdf_bytes(to_xarray(source)))
+    RunFolder(target.parent).write(target.name, netcdf_bytes(_table(source)))
 
 
-def netcdf_bytes(dataset: Any) -> bytes:
+def netcdf_bytes(table: Table) -> bytes:
     """The bytes of the file; they are made in memory, because the HDF5 library crashes if the disk is full."""
-    xr = optional_module("xarray", extra=EXTRA)
     h5netcdf = optional_module("h5netcdf", extra=EXTRA)
-    optional_module("h5py", extra=EXTRA)  # h5netcdf needs it to write
-    packed = {"zlib": True, "complevel": 4}
-    encoding: dict[str, Any] = {str(name): dict(packed) for name in dataset.data_vars if dataset[name].size > 1}
-    # coordinates and bounds have no gaps, so they need no fill values
-    encoding |= {str(name): {"_FillValue": None} for name in dataset.coords}
+    h5py = optional_module("h5py", extra=EXTRA)  # h5netcdf needs it to write
+    every = {
+        name: ((one[0],) if isinstance(one[0], str) else tuple(one[0]), np.asarray(one[1]), dict(*one[2:]))
+        for name, one in (table.coordinates | table.variables).items()
+    }
+    is_axis = {name: dimensions == (name,) for name, (dimensions, _, _) in every.items()}
+    beside = {name: every[name][0] for name in table.coordinates if not is_axis[name]}
     buffer = io.BytesIO()
     with h5netcdf.File(buffer, "w") as file:
-        dataset.dump_to_store(xr.backends.H5NetCDFStore(file), encoding=encoding)
+        sizes = [pair for axes, values, _ in every.values() for pair in zip(axes, values.shape, strict=True)]
+        file.dimensions.update(dict(sizes))
+        for name, (dimensions, values, attributes) in every.items():
+            # coordinates and bounds have no gaps, so they need no fill values
+            has_gaps = name in table.variables and not is_axis[name] and values.dtype.kind == "f"
+            kind = h5py.string_dtype() if values.dtype.kind == "U" else values.dtype
+            packing = {"compression": "gzip", "compression_opts": 4, "shuffle": True} if values.size > 1 else {}
+            made = file.create_variable(
+                name, dimensions, kind, data=values.astype(object) if values.dtype.kind == "U" else values,
+                fillvalue=values.dtype.type(np.nan) if has_gaps else None,
+                **(packing if name in table.variables and not is_axis[name] else {}),
+            )  # fmt: skip
+            others = " ".join(
+                other for other, axes in beside.items() if name in table.variables and {*axes} <= {*dimensions}
+            )
+            made.attrs.update(attributes | ({"coordinates": others} if others else {}))
+        file.attrs.update(table.attributes)
     return buffer.getvalue()
 
 
