@@ -5,16 +5,10 @@ Public names are loaded when they are first used, so that importing the package 
 
 from __future__ import annotations
 
-import logging
 import sys
 from importlib import import_module
-from typing import Any
-
-from aomc_sky.float_mode import in_default_mode
 
 __version__ = "0.4.0"
-
-logging.getLogger("aomc_sky").addHandler(logging.NullHandler())
 
 _HOMES = {
     "skies.atmosphere.lights": "Moon",
@@ -82,9 +76,9 @@ _PUBLIC_MODULES = {
 __all__ = ["__version__", *sorted({**_PUBLIC, **_PUBLIC_MODULES})]  # noqa: PLE0604
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name in _PUBLIC_MODULES:
-        value: Any = _module(_PUBLIC_MODULES[name])
+        value: object = _module(_PUBLIC_MODULES[name])
     elif name in _PUBLIC:
         value = getattr(_module(_PUBLIC[name]), name)
     else:
@@ -93,8 +87,10 @@ def __getattr__(name: str) -> Any:
     return value
 
 
-def _module(name: str) -> Any:
+def _module(name: str) -> object:
     """A module whose constants are computed in the default mode; errors are there whatever the mode is."""
+    from aomc_sky.float_mode import in_default_mode
+
     return sys.modules.get(f"aomc_sky.{name}") or in_default_mode(import_module)(f"aomc_sky.{name}")
 
 

@@ -109,10 +109,16 @@ def test_an_interrupt_waits_for_the_compiler(fault, interruptible, monkeypatch):
 
 
 BEFORE_ANYTHING = """
-import os, signal, sys
-import {module}
-os.kill(os.getpid(), signal.SIGINT)
-print("it goes on")
+import importlib.abc, os, signal, sys
+
+class Pressed(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path, target=None):
+        if name == "aomc_sky.cli.main":
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Pressed())
+from {module} import main
+main()
 """
 
 
@@ -126,7 +132,7 @@ def interrupted(program, *words):
 @row(55, "before the package")
 def test_the_command_hears_an_interrupt_before_the_package_is_imported(fault):
     """Planted: the package alone, whose import ended in a traceback and a death by the signal."""
-    done = interrupted(BEFORE_ANYTHING.format(module="aomc_sky_command"))
+    done = interrupted(BEFORE_ANYTHING.format(module="aomc_sky.cli.command"), "--version")
     assert (done.returncode, done.stderr, done.stdout) == (130, "aomc-sky: interrupted\n", "")
     assert "KeyboardInterrupt" in interrupted(BEFORE_ANYTHING.format(module="aomc_sky.cli.main")).stderr
 

@@ -1,5 +1,7 @@
 """The command line: parses and prints; heavy imports stay inside functions.
 
+command    The first step of ``aomc-sky``, which hears Ctrl-C before anything else is imported
+interrupts Ctrl-C while a command runs, also where numba's compiler hears none
 main       ``aomc-sky``: runs one sub-command, with its streams, warnings and Ctrl-C, and reports why it failed: a text
            for a person, or one JSON object (`error.schema.json`)
 usage      The parser: all sub-commands, help in two lengths, and usage errors that suggest the word that was meant

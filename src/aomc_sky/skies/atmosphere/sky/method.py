@@ -17,6 +17,7 @@ from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.whole_number import as_index_within, as_number_of
 
 _LOG = logging.getLogger(__name__)
+logging.getLogger("aomc_sky").addHandler(logging.NullHandler())
 
 SolverWord = Literal["auto", "order1", "sos", "mc"]
 METHODS = get_args(SolverWord)
