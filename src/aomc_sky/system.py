@@ -254,6 +254,15 @@ def n_cpus() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def signal_pipe() -> tuple[int, int] | None:
+    """Both ends of a pipe into which signals write without waiting; None where `select` hears sockets alone."""
+    if sys.platform == "win32":
+        return None
+    heard, told = os.pipe()
+    os.set_blocking(told, False)
+    return heard, told
+
+
 _tidying = 0
 _listeners: list[Callable[[], None]] = []
 

@@ -6,12 +6,11 @@ import contextlib
 import os
 import select
 import signal
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from types import FrameType
 
-from aomc_sky.system import deafness_told, is_tidying
+from aomc_sky.system import deafness_told, is_tidying, signal_pipe
 
 GRACE_S = 1.5
 """Time for a command to end by itself after Ctrl-C. numba's compiler hears none, and takes up to half a minute."""
@@ -55,11 +54,11 @@ def interrupts_heard(end: Callable[[], None]) -> Iterator[None]:
     `end` ends the process: whatever a run has written by then is of use to the next one, as after a kill. A block that
     is tidying up for other processes is left in peace.
     """
-    if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
+    pipe = signal_pipe() if threading.current_thread() is threading.main_thread() else None
+    if pipe is None:
         yield
         return
-    heard, told = os.pipe()
-    os.set_blocking(told, False)
+    heard, told = pipe
     before = signal.set_wakeup_fd(told, warn_on_full_buffer=False)
 
     def is_pressed(timeout: float | None) -> bool:
