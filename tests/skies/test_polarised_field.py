@@ -252,3 +252,20 @@ def test_glint_of_a_flat_sea():
     np.testing.assert_allclose(glint(made[0.65]), (0.71, 1.46), atol=0.01)
     assert np.abs(np.subtract(glint(made[0.3]), (0.71, 1.46))).min() > 0.1
     np.testing.assert_allclose(glint(model()), (0.464, 1.307), atol=0.01)  # the sun at 78 degrees, air alone
+
+
+def test_how_far_rayleighs_pattern_is_from_a_vector_field():
+    """As docs/howto/polarised.md says: what a flat sea reflects, and q, weighted by the light."""
+    x, weight = np.polynomial.legendre.leggauss(40)
+    zenith, turn = (x + 1) / 2 * np.deg2rad(87.9), np.linspace(0.0, 2 * np.pi, 144, endpoint=False)
+    i, q, _ = at(np.rad2deg(zenith), turn)
+    sun = {"sun_zenith_rad": float(np.arccos(0.2))}
+    pattern, _ = sky.RayleighPattern(max_degree=0.75).stokes(zenith[:, None], turn[None], **sun)
+    refracted = np.arcsin(np.sin(zenith) / 1.34)
+    parallel = (np.tan(zenith - refracted) / np.tan(zenith + refracted)) ** 2
+    across = (np.sin(zenith - refracted) / np.sin(zenith + refracted)) ** 2
+    light = (weight * np.sin(zenith) * np.cos(zenith))[:, None] * i
+    scalar = ((parallel + across) / 2) @ light
+    factors = [1 + (((parallel - across) / 2) @ (one * light)).sum() / scalar.sum() for one in (q, pattern)]
+    assert factors == pytest.approx([0.849, 0.892], abs=5e-4)
+    assert np.sqrt(np.average((pattern - q) ** 2, weights=light)) == pytest.approx(0.073, abs=5e-4)
