@@ -109,7 +109,9 @@ def solve_atmosphere(
 
     Notes
     -----
-    Accuracy and cost: docs/models/atmosphere.md; `result.standard_error` estimates the error in every direction.
+    `result.standard_error` estimates the error in every direction: of "mc" the scatter of the paths; else 1e-5 of the
+    radiance, the error of the resolution, and of later orders 0.4 % for suns above 10 degrees, up to 3 % at the
+    horizon. Beside other programs, and costs: docs/models/atmosphere.md.
 
     Examples
     --------
