@@ -353,7 +353,7 @@ def test_every_function_is_declared():
     """`AOMC_SKY_DECLARE_ONLY` has all functions; that declarations are right is the compiler's to say."""
     text = HEADER.read_text()
     declared, defined = text.split("#ifndef AOMC_SKY_DECLARE_ONLY\n")
-    first = r"^AOMC_SKY_(?:HOST_)?API [^;{]*?\b(aomc_sky_\w+)\([^;{]*"
+    first = r"^(?:AOMC_SKY_(?:HOST_)?API|SKY_NEXT) [^;{]*?\b(aomc_sky_\w+)\([^;{]*"
     names = re.findall(first + ";", declared, re.MULTILINE)
     assert sorted(names) == sorted(re.findall(first + r"\{", defined, re.MULTILINE))
     assert len(names) == len(set(names)) > 30

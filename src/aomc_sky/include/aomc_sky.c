@@ -6,4 +6,4 @@
 #include "aomc_sky.h"
 
 typedef char aomc_sky_source_has_512_bytes[sizeof(void *) != 8 || sizeof(aomc_sky_source) == 512 ? 1 : -1];
-typedef char aomc_sky_stream_has_1808_words[sizeof(void *) != 8 || sizeof(aomc_sky_stream) == 8 * 1808 ? 1 : -1];
+typedef char aomc_sky_stream_has_2064_words[sizeof(void *) != 8 || sizeof(aomc_sky_stream) == 8 * 2064 ? 1 : -1];

@@ -72,7 +72,7 @@ module aomc_sky
 
     type, bind(C) :: aomc_sky_stream
         integer(c_int64_t) :: n, at, to
-        integer(c_int64_t) :: rest(1805)
+        integer(c_int64_t) :: rest(2061)
     end type
 
     ! Directions of the photons from `start` on, and patch and weight of each, which may be left out. Returns the number of

@@ -108,6 +108,12 @@
 #elif !defined(AOMC_SKY_API)
 #define AOMC_SKY_API SKY_FN
 #define AOMC_SKY_HOST_API SKY_HOST
+#if defined(__GNUC__) && !defined(__CUDACC__) && !defined(__HIPCC__)
+#define SKY_NEXT SKY_FORMULA
+#endif
+#endif
+#ifndef SKY_NEXT
+#define SKY_NEXT AOMC_SKY_HOST_API
 #endif
 #if defined(__CUDA_ARCH__) || defined(__HIP_DEVICE_COMPILE__)
 #define SKY_ON_DEVICE
@@ -236,10 +242,10 @@ typedef struct aomc_sky_stream {
     /* what follows is ours */
     const aomc_sky_source *sources;
     int64_t n_segment, segment, index, end; /* index of the next photon that is made, and the end in its segment */
-    double light;
-    int32_t n_source, band, precision, next, made, has_positions, is_weighted, reserve;
-    uint64_t reserves[3];
+    int32_t n_source, band, precision, next, made, has_positions;
+    uint64_t reserves[5];
     int32_t patch[AOMC_SKY_BUFFER], component[AOMC_SKY_BUFFER];
+    double light[AOMC_SKY_BUFFER]; /* weight times `photon_light` */
     union {
         float f32[6][AOMC_SKY_BUFFER];
         double f64[6][AOMC_SKY_BUFFER];
@@ -1242,25 +1248,28 @@ AOMC_SKY_HOST_API int aomc_sky_particles(
 SKY_APART int aomc_sky_make_particles(aomc_sky_stream *t) {
     const aomc_sky_source *s;
     int64_t left = t->to - t->at, n, made;
-    int32_t *patch = t->patch, *component = t->component, c, k;
+    int32_t *patch = t->patch, *component = t->component, c, k, is_weighted;
     for (; t->index == t->end; aomc_sky_enter(t))
         if (++t->band == t->n_source) t->band = 0, t->segment++;
     s = t->sources + t->band;
     n = t->end - t->index;
     n = n < left ? n : left;
     n = n < (int64_t)AOMC_SKY_BUFFER ? n : (int64_t)AOMC_SKY_BUFFER;
-    t->is_weighted = s->weights != NULL, t->light = s->photon_light, t->has_positions = s->footprint != AOMC_SKY_POINT;
+    is_weighted = s->weights != NULL, t->has_positions = s->footprint != AOMC_SKY_POINT;
     if (t->precision == 4) {
         float(*f)[AOMC_SKY_BUFFER] = t->column.f32;
         made = aomc_sky_range_f32(s, (uint64_t)t->index, (uint64_t)n, f[0], f[1], f[2], NULL, patch,
-            t->is_weighted ? f[3] : NULL);
+            is_weighted ? f[3] : NULL);
         if (t->has_positions) aomc_sky_position_range_f32(s, (uint64_t)t->index, (uint64_t)n, f[4], f[5]);
+        for (k = 0; is_weighted && k < (int32_t)n; k++) t->light[k] = (double)f[3][k] * s->photon_light;
     } else {
         double(*f)[AOMC_SKY_BUFFER] = t->column.f64;
         made = aomc_sky_range_f64(s, (uint64_t)t->index, (uint64_t)n, f[0], f[1], f[2], NULL, patch,
-            t->is_weighted ? f[3] : NULL);
+            is_weighted ? f[3] : NULL);
         if (t->has_positions) aomc_sky_position_range_f64(s, (uint64_t)t->index, (uint64_t)n, f[4], f[5]);
+        for (k = 0; is_weighted && k < (int32_t)n; k++) t->light[k] = f[3][k] * s->photon_light;
     }
+    for (k = 0; !is_weighted && k < (int32_t)n; k++) t->light[k] = s->photon_light;
     if (made < 0) return (int)made;
     for (k = 0; k < (int32_t)n; k++) component[k] = s->n_component ? 0 : -1;
     for (c = 0; c + 1 < (int64_t)s->n_component; c++) {
@@ -1268,41 +1277,6 @@ SKY_APART int aomc_sky_make_particles(aomc_sky_stream *t) {
         for (k = 0; k < (int32_t)n; k++) component[k] += patch[k] >= end;
     }
     t->index += n, t->made = (int32_t)n, t->next = 0;
-    return 1;
-}
-
-/* The next particle of a stream: 1; 0 at its end, where the particle is left as it is; or a code. */
-AOMC_SKY_HOST_API int aomc_sky_next(aomc_sky_stream *stream, aomc_sky_particle *particle) {
-    int32_t k;
-    if (!stream || !particle) return AOMC_SKY_NULL;
-    if (stream->next == stream->made) {
-        int code = stream->at < stream->to ? aomc_sky_make_particles(stream) : 0;
-        if (code <= 0) return code;
-    }
-    k = stream->next++;
-    stream->at++;
-    if (stream->precision == 4) {
-        const float *f = &stream->column.f32[0][k];
-        particle->ux = (double)f[0];
-        particle->uy = (double)f[AOMC_SKY_BUFFER];
-        particle->uz = (double)f[2 * AOMC_SKY_BUFFER];
-        particle->weight = stream->is_weighted ? (double)f[3 * AOMC_SKY_BUFFER] * stream->light : stream->light;
-        particle->x = stream->has_positions ? (double)f[4 * AOMC_SKY_BUFFER] : 0.0;
-        particle->y = stream->has_positions ? (double)f[5 * AOMC_SKY_BUFFER] : 0.0;
-    } else {
-        const double *f = &stream->column.f64[0][k];
-        particle->ux = f[0];
-        particle->uy = f[AOMC_SKY_BUFFER];
-        particle->uz = f[2 * AOMC_SKY_BUFFER];
-        particle->weight = stream->is_weighted ? f[3 * AOMC_SKY_BUFFER] * stream->light : stream->light;
-        particle->x = stream->has_positions ? f[4 * AOMC_SKY_BUFFER] : 0.0;
-        particle->y = stream->has_positions ? f[5 * AOMC_SKY_BUFFER] : 0.0;
-    }
-    particle->index = stream->index - stream->made + k;
-    particle->band = stream->band;
-    particle->patch = stream->patch[k];
-    particle->component = stream->component[k];
-    particle->reserve = 0;
     return 1;
 }
 
@@ -1807,14 +1781,48 @@ AOMC_SKY_HOST_API const char *aomc_sky_message(int64_t code) {
     }
 }
 
+#if !defined(AOMC_SKY_FLAGS_OF_HOST) && !defined(__clang__) && !defined(__CUDACC__) && defined(__GNUC__)
+#pragma GCC pop_options
+#endif
+
+/* The next particle of a stream: 1; 0 at its end, where the particle is left as it is; or a code. It copies numbers
+ * alone, so it may have the flags of a host, and is inlined there: a call would take half as long again. */
+SKY_NEXT int aomc_sky_next(aomc_sky_stream *stream, aomc_sky_particle *particle) {
+    int32_t k;
+    if (!stream || !particle) return AOMC_SKY_NULL;
+    if (stream->next == stream->made) {
+        int code = stream->at < stream->to ? aomc_sky_make_particles(stream) : 0;
+        if (code <= 0) return code;
+    }
+    k = stream->next++;
+    stream->at++;
+    if (stream->precision == 4) {
+        const float *f = &stream->column.f32[0][k];
+        particle->ux = (double)f[0];
+        particle->uy = (double)f[AOMC_SKY_BUFFER];
+        particle->uz = (double)f[2 * AOMC_SKY_BUFFER];
+        particle->x = stream->has_positions ? (double)f[4 * AOMC_SKY_BUFFER] : 0.0;
+        particle->y = stream->has_positions ? (double)f[5 * AOMC_SKY_BUFFER] : 0.0;
+    } else {
+        const double *f = &stream->column.f64[0][k];
+        particle->ux = f[0];
+        particle->uy = f[AOMC_SKY_BUFFER];
+        particle->uz = f[2 * AOMC_SKY_BUFFER];
+        particle->x = stream->has_positions ? f[4 * AOMC_SKY_BUFFER] : 0.0;
+        particle->y = stream->has_positions ? f[5 * AOMC_SKY_BUFFER] : 0.0;
+    }
+    particle->weight = stream->light[k];
+    particle->index = stream->index - stream->made + k;
+    particle->band = stream->band;
+    particle->patch = stream->patch[k];
+    particle->component = stream->component[k];
+    particle->reserve = 0;
+    return 1;
+}
+
 #endif /* AOMC_SKY_DECLARE_ONLY */
 #ifdef __cplusplus
 }
-#endif
-#if !defined(AOMC_SKY_FLAGS_OF_HOST) && !defined(AOMC_SKY_DECLARE_ONLY)
-#if !defined(__clang__) && !defined(__CUDACC__) && defined(__GNUC__)
-#pragma GCC pop_options
-#endif
 #endif
 #undef SKY_ALONE
 #undef SKY_APART
@@ -1833,6 +1841,7 @@ AOMC_SKY_HOST_API const char *aomc_sky_message(int64_t code) {
 #undef SKY_LN2_HIGH
 #undef SKY_LN2_LOW
 #undef SKY_LOW
+#undef SKY_NEXT
 #undef SKY_NEON
 #undef SKY_ON_DEVICE
 #undef SKY_PIECE
