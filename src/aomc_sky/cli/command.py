@@ -9,7 +9,7 @@ def _end(number: int, frame: object) -> None:
     os._exit(130)  # nothing has begun
 
 
-def main() -> int:
+def main(argv: list[str] | None = None) -> int:
     """Carry a command out; see `aomc_sky.cli.main`."""
     is_ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if is_ours:
@@ -18,4 +18,4 @@ def main() -> int:
 
     if is_ours:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    return cli.main()
+    return cli.main(argv)
