@@ -186,21 +186,6 @@ def test_fortran(tmp_path):
     assert len(lines) == 4
 
 
-def test_a_header_that_knows_no_replicates_refuses_them(tmp_path):
-    """Planted: a header that knows no section behind `stokes`, as that of 0.4."""
-    text = (include_dir() / "aomc_sky.h").read_text()
-    known = "kind >= 1 && kind <= AOMC_SKY_LAST_KIND"
-    assert text.count(known) == 1
-    (tmp_path / "aomc_sky.h").write_text(text.replace(known, "kind >= 1 && kind <= AOMC_SKY_STOKES"))
-    (tmp_path / "use.c").write_text(
-        '#include "aomc_sky.h"\n'
-        'int main(void) { aomc_sky_file f; return puts(aomc_sky_message(aomc_sky_load("day.sky", &f))) < 0; }\n'
-    )
-    run(["gcc", "-I.", "-o", "use", "use.c", "-lm"], tmp_path)
-    sky.write_source(source_of("table", 500, replicates=2), tmp_path / "day.sky")
-    assert "newer layout" in run(["./use"], tmp_path)
-
-
 def test_a_run_writes_exports_and_verifies_its_replicates(tmp_path, told):
     scene = str(INPUTS / "perez_sky" / "amc.inp")
     words = ["run", scene, "--iterations", "2000", "--replicates", "4", "--format", "source"]

@@ -190,16 +190,18 @@ int main(int n, char **names) {
 """
 
 
-def test_an_older_header_refuses_weights_and_skips_components(tmp_path):
+def test_an_older_header_refuses_weights_and_replicates_and_skips_components(tmp_path):
     """Planted: a header that knows no section behind `stokes`, as that of 0.4."""
     text = (include_dir() / "aomc_sky.h").read_text()
     assert text.count(OLD[0]) == 1
     (tmp_path / "aomc_sky.h").write_text(text.replace(*OLD))
     (tmp_path / "use.c").write_text(LOADED)
     run(["gcc", "-I.", "-o", "use", "use.c", "-lm"], tmp_path)
-    for name, source in (("biased", biased("table", 500)), ("plain", source_of("table", 500))):
+    several = source_of("table", 500, replicates=2)
+    for name, source in (("biased", biased("table", 500)), ("several", several), ("plain", source_of("table", 500))):
         sky.write_source(source, tmp_path / f"{name}.sky")
-    assert "newer layout" in run(["./use", "biased.sky"], tmp_path)
+    for name in ("biased", "several"):
+        assert "newer layout" in run(["./use", f"{name}.sky"], tmp_path)
     assert run(["./use", "plain.sky"], tmp_path) == "500 photons, component -1, weight 1"
 
 

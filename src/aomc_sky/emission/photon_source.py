@@ -64,7 +64,6 @@ class PhotonSource:
         self._emitter = Emitter(plan)
         self._stokes_of_row: dict[int, np.ndarray] = {}  # q and u of those that were asked for, float32 (2, n_cell)
         self._weight_of_row: dict[int, np.ndarray] = {}  # in the precision of the source, (n_cell,)
-        self._has_mu, self._weights_have_mu = plan.weight_has_mu, bool(plan.weight_has_mu.any())
 
     @classmethod
     @in_default_mode
@@ -306,6 +305,12 @@ class PhotonSource:
         launched = self.plan.cumulative[:, -1].reshape(self.replicates, self.n_bands)
         return np.vstack([np.zeros_like(launched[:1]), np.cumsum(launched, axis=0)]).T
 
+    @cached_property
+    def _has_mu(self) -> np.ndarray | None:
+        """Whether the weights of each cell have a factor mu; None where none has."""
+        has_mu = self.plan.weight_has_mu
+        return has_mu if has_mu.any() else None
+
     def _band(self, band: int) -> int:
         band = _integer(band, "band")
         if not 0 <= band < self.n_bands:
@@ -517,7 +522,7 @@ class PhotonSource:
         if (of_cell := self._weight_of_row.get(row)) is None:
             of_cell = self._weight_of_row[row] = np.asarray(self.plan.weight(band)).astype(self.dtype)
         np.take(of_cell, arrays["patch"], out=weight)
-        if self._weights_have_mu:
+        if self._has_mu is not None:
             np.multiply(weight, -arrays["uz"], out=weight, where=self._has_mu[arrays["patch"]])
 
 

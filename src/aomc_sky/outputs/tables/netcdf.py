@@ -253,18 +253,14 @@ def netcdf_bytes(table: Table) -> bytes:
         sizes = [pair for axes, values, _ in every.values() for pair in zip(axes, values.shape, strict=True)]
         file.dimensions.update(dict(sizes))
         for name, (dimensions, values, attributes) in every.items():
-            # coordinates and bounds have no gaps, so they need no fill values
-            has_gaps = name in table.variables and not is_axis[name] and values.dtype.kind == "f"
-            kind = h5py.string_dtype() if values.dtype.kind == "U" else values.dtype
-            packing = {"compression": "gzip", "compression_opts": 4, "shuffle": True} if values.size > 1 else {}
-            made = file.create_variable(
-                name, dimensions, kind, data=values.astype(object) if values.dtype.kind == "U" else values,
-                fillvalue=values.dtype.type(np.nan) if has_gaps else None,
-                **(packing if name in table.variables and not is_axis[name] else {}),
-            )  # fmt: skip
-            others = " ".join(
-                other for other, axes in beside.items() if name in table.variables and {*axes} <= {*dimensions}
-            )
+            is_data, is_text, how = name in table.variables and not is_axis[name], values.dtype.kind == "U", {}
+            if is_data and values.dtype.kind == "f":  # coordinates have no gaps
+                how["fillvalue"] = values.dtype.type(np.nan)
+            if is_data and values.size > 1:
+                how |= {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+            kind, data = (h5py.string_dtype(), values.astype(object)) if is_text else (values.dtype, values)
+            made = file.create_variable(name, dimensions, kind, data=data, **how)
+            others = " ".join(other for other, axes in beside.items() if is_data and {*axes} <= {*dimensions})
             made.attrs.update(attributes | ({"coordinates": others} if others else {}))
         file.attrs.update(table.attributes)
     return buffer.getvalue()
