@@ -74,6 +74,11 @@ def centres(n_zenith: int, n_azimuth: int) -> tuple[np.ndarray, np.ndarray, np.n
     return zenith[:, None], azimuth[None, :], area[:, None]
 
 
+LISTED = """[sky]
+weighting = "listed"  # the values of skydist.inp are shares of the light of a waveband, not radiances
+"""
+
+
 def clear_day() -> dict[str, str]:
     """A smooth clear sky, sun at 35 degrees: bluer away from the sun, brighter around it and at the horizon."""
     wavelengths = [440.0, 550.0, 670.0]
@@ -87,7 +92,11 @@ def clear_day() -> dict[str, str]:
         air = 1 - np.exp(-0.25 * blue / (np.cos(zenith) + 0.05))
         skies.append(air * (blue * (1 + cos_gamma**2) + 9 * np.exp(-5 * gamma)) * area * 1e4)
     files = {"amc.inp": amc(1_000_000, flag=1, n_wavebands=3, zenith=35)}
-    return files | {"lambbot.inp": lambbot(wavelengths), "skydist.inp": skydist(wavelengths, np.stack(skies))}
+    return files | {
+        "lambbot.inp": lambbot(wavelengths),
+        "skydist.inp": skydist(wavelengths, np.stack(skies)),
+        "sky.toml": LISTED,
+    }
 
 
 def sparse_sky() -> dict[str, str]:
@@ -100,6 +109,7 @@ def sparse_sky() -> dict[str, str]:
     return files | {
         "lambbot.inp": lambbot([450.0, 500.0, 575.0, 640.0]),
         "skydist.inp": skydist([450.0, 550.0, 650.0], values),
+        "sky.toml": LISTED,
     }
 
 
@@ -108,7 +118,7 @@ def overcast() -> dict[str, str]:
     zenith, azimuth, area = centres(18, 72)
     values = (1 + 2 * np.cos(zenith)) / 3 * area * np.ones_like(azimuth) * 1e4
     files = {"amc.inp": amc(500_000, flag=1, n_wavebands=1, footprint=2)}
-    return files | {"lambbot.inp": lambbot([550.0]), "skydist.inp": skydist([550.0], values[None])}
+    return files | {"lambbot.inp": lambbot([550.0]), "skydist.inp": skydist([550.0], values[None]), "sky.toml": LISTED}
 
 
 def document_example() -> dict[str, str]:

@@ -210,7 +210,8 @@ READING = _table(
     _word("bins", "meaning of the indices of skydist.inp", words=("equal", "degrees"),
           usual="what the file declares, else equal"),
     _word("weighting", "meaning of the values of skydist.inp: masses (listed) or radiances times solid angle; or the "
-          "launch law of a sky", words=("listed", "projected", "solid-angle", "aomc"), usual="listed"),
+          "launch law of a sky", words=("listed", "projected", "solid-angle", "aomc"), section="sky",
+          usual="what the file declares, else listed"),
     _word("azimuth_bins", "n: azimuth indices run from 1 to n; n+1: from 0", words=("n+1", "n"), default="n+1"),
 )  # fmt: skip
 """How a sky is read."""
@@ -323,6 +324,7 @@ _OF_COMMANDS = (
     # info
     _flag("include_dir", "print the folder of aomc_sky.h, aomc_sky.c and aomc_sky.f90"),
     _flag("skies", "list the sky models of other packages (--sky NAME)"),
+    _flag("csv", "of a run: irradiances above the water of each waveband, by component, as CSV"),
     _wavelengths("info.wavelengths", "with blanks or commas; of a measured sky, its wavebands",
                  usual="those of the spectra"),
     # plot

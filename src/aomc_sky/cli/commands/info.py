@@ -19,14 +19,15 @@ from aomc_sky.source.read.kind import Kind, kind_of
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
     from aomc_sky.formats.mcpl.file import McplFile
+    from aomc_sky.plan.plan import Plan
 
 GROUPS = {
-    "": "include_dir skies json",
+    "": "csv include_dir skies json",
     **cli_options.READING,
     **cli_options.WHEN,
     "lobes of a background sky at one --time": f"info.wavelengths {' '.join(LOBES)}",
 }
-FIRST = "time skies include-dir iterations json"
+FIRST = "csv time skies include-dir iterations json"
 
 
 def add_options(parser: Parser) -> None:
@@ -38,6 +39,7 @@ def add_options(parser: Parser) -> None:
     )
     parser.epilog = (
         "examples:\n  aomc-sky info inputs/clear_day\n  aomc-sky info out\n  aomc-sky info out/photons.mcpl\n"
+        "  aomc-sky info out --csv > ed.csv                          irradiance of beam and sky in each waveband\n"
         "  aomc-sky info inputs/atmosphere/hazy.atmo\n"
         "  aomc-sky info night.h5                                    animations, keys, spectra\n"
         "  aomc-sky info night.h5 --time 2026-02-14T21:30:00Z        lobes and irradiances at one time\n"
@@ -76,6 +78,10 @@ def info(arguments: argparse.Namespace) -> int:
         Kind.BACKGROUND: report_background,
     }
     kind = kind_of(path) or Kind.SCENE
+    if arguments.csv and kind is not Kind.RUN:
+        raise UsageError(f"--csv is for {Kind.RUN.value}; {arguments.path} is {kind.value}")
+    if arguments.csv and arguments.json:
+        raise UsageError("--csv and --json both need standard output", "leave one out")
     _refuse_idle_options(arguments, kind, is_scene=kind not in reports)
     return reports.get(kind, _scene)(arguments, path)
 
@@ -125,12 +131,18 @@ def _run(arguments: argparse.Namespace, path: Path) -> int:
     from aomc_sky.plan.plan import Plan
 
     if not (path / "manifest.json").exists():
+        if arguments.csv:
+            raise UsageError(f"{path} is an unfinished run, which has no table", "finish it by its own command")
         return _unfinished(arguments, path)
     manifest = read_manifest(path / "manifest.json")
     if os.path.lexists(path / "plan.npz") and Plan.load(path / "plan.npz").sha256 != manifest["plan_sha256"]:
         from aomc_sky.formats.text_file import refuse
 
         raise refuse(path, "manifest.json belongs to another plan than plan.npz", advice="make the run again")
+
+    if arguments.csv:
+        print(_irradiance_csv(manifest, Plan.load(path / "plan.npz")), end="")
+        return 0
 
     def text() -> str:
         from aomc_sky.cli.commands.run import tables_text
@@ -149,6 +161,26 @@ def _run(arguments: argparse.Namespace, path: Path) -> int:
 
     cli_options.answer(arguments, lambda: manifest, text)
     return 0
+
+
+def _irradiance_csv(manifest: Mapping[str, Any], plan: Plan) -> str:
+    """A line for each waveband: share of the light and irradiance of each component; empty where no unit is known."""
+    import csv
+    import io
+
+    import numpy as np
+
+    names, text = plan.component_names, io.StringIO()
+    lines = csv.writer(text, lineterminator="\n")
+    of_parts = [f"{name}_{of}" for of in ("share", "W_m2_nm") for name in names]
+    means = ("mean_cosine_exact", "ed_over_eo_exact")
+    lines.writerow(["waveband", "wavelength_nm", *of_parts, "irradiance_W_m2_nm", "mean_cosine", "ed_over_eo"])
+    for band in manifest["bands"]:
+        shares = np.add.reduceat(plan.mass(band["waveband"] - 1), plan.component_start[:-1]).tolist()
+        known = band["component_irradiance_W_m2_nm"] or {}
+        head, tail = (band["waveband"], band["wavelength_nm"]), (band[name] for name in means)
+        lines.writerow([*head, *shares, *map(known.get, names), band["irradiance_W_m2_nm"], *tail])
+    return text.getvalue()
 
 
 def _columns(entry: Mapping[str, Any]) -> str:

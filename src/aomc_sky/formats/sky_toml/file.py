@@ -262,6 +262,9 @@ class SectionReader:
         elif "table" not in sky and (model is None or model in DIFFUSE_MODELS):  # another sky may have such options
             for name in (name for name in FIELD_KEYS if name in sky):
                 self._contradict(("sky", name), f"{name} without table", 'add table = "field.nc"')
+        for other in (name for name in ("model", "table") if name in sky and "weighting" in sky):
+            message = f"weighting is that of skydist.inp, and {other} names another sky"
+            self._contradict(("sky", "weighting"), message, "remove one of them")
         if "zenith" in sky and "elevation" in sky:
             self._contradict(("sky", "elevation"), "zenith and elevation name the same angle", "remove one of them")
         for one, other in (("variable_q", "variable_u"), ("variable_u", "variable_q")):

@@ -129,6 +129,7 @@ class SkySection(Section):
     #: The same of the direct beam; by default it follows from the direct fraction. [W m-2 nm-1, 0 to 10 000]
     direct_irradiance: tuple[float, ...] | None = None
     polarisation: float | None = None  #: Largest degree of Rayleigh's pattern on its light. [0 to 1]
+    weighting: str | None = None  #: Meaning of the values of skydist.inp
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

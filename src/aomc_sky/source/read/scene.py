@@ -258,6 +258,7 @@ def _sky_of(files: SceneFiles, speakers: Speakers, reading: Reading) -> tuple[Sk
     if files.table is not None:
         from aomc_sky.source.read.table import table_of
 
+        weighting = weighting or files.toml.sky.weighting
         how = {"bins": reading.bins, "weighting": weighting, "azimuth_bins": reading.azimuth_bins}
         table = table_of(files.table, compat=compat, **how)
         return table, dict(table.reading)
@@ -301,6 +302,7 @@ def _notes_of_other_skies(files: SceneFiles) -> tuple[str, ...]:
         and toml.sky.model != files.sky,
         "table": toml.sky.table is not None and files.sky_field is None,
         "[atmosphere]": toml.atmosphere is not None and files.atmosphere is None,
+        "weighting of [sky]": toml.sky.weighting is not None and files.table is None,
     }
     return tuple(
         f"{SKY_TOML}: {what} is not used: another sky is asked for" for what, is_idle in other.items() if is_idle

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -38,6 +39,7 @@ class Table:
     sky: TabulatedSky
     reading: dict[str, str | None]  #: how it was read
     is_compat: bool
+    is_told: bool  #: whether the caller, sky.toml or the file says what its values are
     name, made_of, names = "table", "skydist.inp", ("bins", "azimuth_bins", "weighting")
     needs_sun = False
     has_sun = is_whole = True
@@ -51,7 +53,11 @@ class Table:
         self.sky.warn_of_distance(wavelength_nm, of_band, self.table.path)
         sets, rows = np.unique(of_band, return_inverse=True)
         rows, of_table = rows.ravel(), self.sky.table_wavelength_nm(wavelength_nm)
-        components = patterned(self.sky, self.sky.lower_rows(sets), sun, self.sky.wavelength_nm[sets], self.made_of)
+        components = self.sky.lower_rows(sets)
+        if not self.is_told:
+            radiances = dataclasses.replace(self.sky, weighting=Weighting.PROJECTED).lower_rows(sets)
+            _warn_of_two_readings(self.table.path, components[0], radiances[0], rows)
+        components = patterned(self.sky, components, sun, self.sky.wavelength_nm[sets], self.made_of)
         notes = () if self.is_compat else tuple(_notes(self.table, self.sky))
         return Lowered(components=components, row_of_band=rows, notes=notes, table_wavelength_nm=of_table)
 
@@ -59,7 +65,8 @@ class Table:
 def table_of(table: SkyTable, *, compat: str | None, **how: str | None) -> Table:
     """A sky file as the sky of a scene; `how` as `tabulated_sky` takes it."""
     sky, reading = tabulated_sky(table, compat=compat, **how)
-    return Table(table=table, sky=sky, reading=reading, is_compat=compat is not None)
+    is_told = bool(compat or how["weighting"] or table.declared_values)
+    return Table(table=table, sky=sky, reading=reading, is_compat=compat is not None, is_told=is_told)
 
 
 def tabulated_sky(
@@ -188,6 +195,28 @@ def _notes(table: SkyTable, sky: TabulatedSky) -> list[str]:
             stacklevel=5,
         )
     return notes
+
+
+_MATTERS = 0.05
+"""Difference of Ed/Eo by two readings that a person must hear of."""
+
+
+def _warn_of_two_readings(path: str, masses: Component, radiances: Component, rows: np.ndarray) -> None:
+    """Warn where values as radiances give another Ed/Eo than as masses; `rows` are those of the wavebands."""
+    ours, theirs = (_moments_of_rows(one, set(rows.tolist())) for one in (masses, radiances))
+    both = [(ours[row].planar_over_scalar, theirs[row].planar_over_scalar) for row in rows.tolist()]
+    band = int(np.argmax([abs(one - other) / min(one, other) if min(one, other) > 0 else 0.0 for one, other in both]))
+    listed, projected = both[band]
+    if abs(listed - projected) > _MATTERS * min(listed, projected):
+        in_band = f" in waveband {band + 1}" if len(both) > 1 else ""
+        warnings.warn(
+            f"{path}: warning[E312]: it does not say what its values are. As the light of each patch "
+            f"(--weighting listed) Ed/Eo is {listed:.4f}{in_band}; this reading was taken. As radiances "
+            f"(--weighting projected) it is {projected:.4f}. Write the option that is right, or weighting below [sky] "
+            "of sky.toml",
+            InputWarning,
+            stacklevel=5,
+        )
 
 
 READING = "skydist.inp read with"
