@@ -348,8 +348,6 @@ _OF_COMMANDS = (
     _waveband("plot.waveband", "only this band, or this table of a file, from 1", usual="all, 12 spread over more"),
     _seed("plot.seed", "of the counts of a scene", default=0),
     _wavelengths("plot.wavelengths", "of a background sky, with blanks or commas", usual="near 550"),
-    Option("plot.time", "one time: ISO 8601 with Z or an offset, or seconds since 1970-01-01 UTC", "TIME",
-           kind=Kind.MOMENT, usual="several times side by side"),
     Option("frames", "how many they are, from the first key to the last, or over a day or a week", "N",
            kind=Kind.COUNT, low=2, high=12, usual="12"),
     # export

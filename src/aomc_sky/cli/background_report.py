@@ -23,11 +23,7 @@ if TYPE_CHECKING:
 def report_background(arguments: argparse.Namespace, path: Path) -> int:
     """Print the contents of the file, or with --time the lobes at that time."""
     if arguments.time is not None:
-        try:
-            time_s = values.moment(arguments.time)
-        except argparse.ArgumentTypeError as error:
-            raise UsageError(f"--time: {error}") from None
-        lobes = _lobes(*lobes_at(arguments, time_s))
+        lobes = _lobes(*lobes_at(arguments, moment_of(arguments)))
         head = "lobes of a background sky; azimuth from +x (east) towards +y (north)"
         cli_options.answer(arguments, lambda: lobes, lambda: report_text(head, lobes))
         return 0
@@ -38,6 +34,14 @@ def report_background(arguments: argparse.Namespace, path: Path) -> int:
     file = read_background_file(path)
     cli_options.answer(arguments, lambda: _contents(path, file), lambda: _text(path, file))
     return 0
+
+
+def moment_of(arguments: argparse.Namespace) -> float:
+    """The time that --time names. [s since 1970-01-01 UTC]"""
+    try:
+        return values.moment(arguments.time)
+    except argparse.ArgumentTypeError as error:
+        raise UsageError(f"--time: {error}") from None
 
 
 def lobes_at(arguments: argparse.Namespace, time_s: float) -> tuple[BackgroundSection, LobeSky, np.ndarray]:

@@ -251,6 +251,33 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
     return scene
 
 
+_OF_FILES = (*TABLES, "compat", "lenient", "allow_path", "waveband")
+
+
+def scene_of_options(arguments: argparse.Namespace) -> Scene:
+    """Sun and sky from options alone, without files of AMC."""
+    from aomc_sky.source.weather_scene import scene_of_weather
+
+    if not any(light_arguments(arguments).values()) and arguments.sky is None:
+        raise UsageError(
+            "which scene? name amc.inp or its folder, or sun, sky and wavebands: --sun-zenith 40 --ghi 780 --dhi 140 "
+            "--wavelengths 440 550, or --sky overcast --wavelengths 550"
+        )
+    for name in given_options(arguments, *FIELD):
+        raise UsageError(f"{name} is for a measured sky (.csv) or a radiance field (.nc): name it")
+    for name in given_options(arguments, *_OF_FILES):
+        raise UsageError(f"{name} is for a scene of files: name its amc.inp")
+    if not arguments.wavelengths:
+        raise UsageError("a scene without amc.inp needs its wavebands: --wavelengths 412 443 555")
+    return scene_of_weather(
+        said_of(arguments),
+        arguments.wavelengths,
+        10**6 if arguments.iterations is None else arguments.iterations,
+        sky=arguments.sky,
+        sky_options=sky_option_arguments(arguments),
+    )
+
+
 _NOT_MEASURED = ("sky", "sky_options", *TABLES, "compat", "lenient", "allow_path")
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
-from aomc_sky.cli.background_report import lobes_at
+from aomc_sky.cli.background_report import lobes_at, moment_of
 from aomc_sky.cli.terminal import shown
 from aomc_sky.errors import InputFileError, UsageError
 from aomc_sky.options import FIELD, LOBES
@@ -33,15 +33,17 @@ examples:
   aomc-sky plot night.h5 --utc-offset 1                night.png: a background sky over a day
   aomc-sky plot night.h5 --time 2026-02-14T21:30:00Z   at one time
   aomc-sky plot sky.nc                                 what aomc-sky atmosphere --out sky.nc solved
+  aomc-sky plot --sky overcast --wavelengths 550       sky.png: a scene without files, as aomc-sky run takes it
 """
 
 _CONTENT = "show quantity pull plot.waveband plot.seed plot.wavelengths"
-_TIME = f"plot.time frames {' '.join(LOBES)}"
+_TIME = f"frames {' '.join(LOBES)}"
 GROUPS = {
     "the picture": "plot.out plot.force size seen_from range scale cmap norm title no_caption json quiet",
     "what is drawn": _CONTENT,
-    "a background sky over time": _TIME,
+    "a background sky over time, or at one --time": _TIME,
     **cli_options.READING,
+    **cli_options.WHEN,
 }
 FIRST = "out show pull waveband wavelengths time size seen-from range title force json quiet"
 
@@ -57,8 +59,9 @@ def add_options(parser: Parser) -> None:
     parser.add_argument(
         "path",
         metavar="PATH",
+        nargs="?",
         help="amc.inp or its folder, a run folder, a measured sky (.csv), a background sky (.h5, .hdf5), skydist.inp, "
-        "or a netCDF file of this package (.nc)",
+        "or a netCDF file of this package (.nc); none: sun and sky by options, as for aomc-sky run",
     )
     cli_options.add_groups(parser, GROUPS)
     parser.show_first(FIRST)
@@ -73,7 +76,7 @@ def plot(arguments: argparse.Namespace) -> int:
     from aomc_sky.pictures.dome import ColourChoice, View
     from aomc_sky.pictures.panels import figure_of
 
-    kind = kind_of(Path(arguments.path)) or Kind.SCENE
+    kind = Kind.SCENE if arguments.path is None else kind_of(Path(arguments.path)) or Kind.SCENE
     if kind is Kind.ATMOSPHERE:
         raise UsageError(
             f"{arguments.path} is an atmosphere",
@@ -83,7 +86,7 @@ def plot(arguments: argparse.Namespace) -> int:
     _refuse_idle_options(arguments, kind)
     optional_module("matplotlib", extra="plot")
     target = _target(arguments)
-    check_target(target, "--out", force=arguments.force, inputs=[arguments.path])
+    check_target(target, "--out", force=arguments.force, inputs=[] if arguments.path is None else [arguments.path])
     maps: tuple[Pulls, ...] = ()
     with status_line("drawing", enabled=cli_options.is_verbose(arguments)):
         if arguments.pull:
@@ -155,6 +158,7 @@ _BELONGS: dict[str, tuple[Kind, ...]] = {
     **dict.fromkeys(("--seed", "--iterations"), (Kind.SCENE, Kind.MEASURED)),
     **dict.fromkeys(("--sun-zenith", "--sun-azimuth"), (Kind.SCENE, Kind.MEASURED, Kind.NETCDF)),
     "--wavelengths": (Kind.BACKGROUND,),
+    "--time": (Kind.SCENE, Kind.BACKGROUND),
     **dict.fromkeys(("--bins", "--weighting", "--azimuth-bins", "--compat", "--lenient"), (Kind.SCENE, Kind.TABLE)),
     **dict.fromkeys(("--strict", "--max-memory"), tuple(Kind)),
 }
@@ -163,10 +167,12 @@ _BELONGS: dict[str, tuple[Kind, ...]] = {
 
 def _refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
     """Refuse options that do not apply to this kind of path."""
-    if not Path(arguments.path).exists():
+    if arguments.path is None or not Path(arguments.path).exists():
         return  # what reads it says so
     time_options = cli_options.given_options(arguments, *_TIME.split())
-    others = cli_options.given_options(arguments, *_CONTENT.split(), *cli_options.names_of(cli_options.READING))
+    others = cli_options.given_options(
+        arguments, *_CONTENT.split(), *cli_options.names_of(cli_options.READING | cli_options.WHEN)
+    )
     for option in [*time_options, *others]:
         kinds = (Kind.BACKGROUND,) if option in time_options else _BELONGS.get(option, (Kind.SCENE,))
         if kind not in kinds:
@@ -185,7 +191,7 @@ def _target(arguments: argparse.Namespace) -> Path:
         raise UsageError("--out is empty", "name a file, for example sky.png")
     if arguments.out is not None:
         return picture_path(arguments.out)
-    path = Path(os.path.abspath(arguments.path))
+    path = Path(os.path.abspath(arguments.path or "sky"))
     name = path.name if path.is_dir() else path.stem
     return path.with_name(f"{name}{'-pull' if arguments.pull else ''}.png")
 
@@ -195,7 +201,9 @@ def _title(arguments: argparse.Namespace, text: str) -> str:
 
 
 def _name(arguments: argparse.Namespace) -> str:
-    """The name of the path in a title; a scene has the name of its folder."""
+    """The name of the path in a title; a scene has the name of its folder, one of options that of its sky."""
+    if arguments.path is None:
+        return arguments.sky or "sun and sky"
     path = Path(os.path.abspath(arguments.path))
     return path.parent.name if path.name == "amc.inp" else path.name
 
@@ -216,7 +224,10 @@ def _scene(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.pictures.plot import picture_of_scene
     from aomc_sky.plan.laws import law_of
 
-    scene = cli_options.scene_of(arguments, arguments.path, wavebands=arguments.waveband)
+    if arguments.path is None:
+        scene = cli_options.scene_of_options(arguments)
+    else:
+        scene = cli_options.scene_of(arguments, arguments.path, wavebands=arguments.waveband)
     bands = _bands(arguments, scene.wavebands.wavelength_nm)
     show: Any = arguments.show or "radiance"
     source = scene.source(arguments.seed, max_memory_bytes=arguments.max_memory)
@@ -300,10 +311,11 @@ def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
         return picture, len(picture.domes)
     if arguments.frames is not None:
         raise UsageError("--time is one time; --frames is for several")
-    _, sky, known_nm = lobes_at(arguments, arguments.time)
+    moment = moment_of(arguments)
+    _, sky, known_nm = lobes_at(arguments, moment)
     wavelengths = known_nm.tolist() if arguments.wavelengths else [_nearest_nm(known_nm)]
     pictures = [lobe_picture([(f"{w:g} nm", sky)], w) for w in wavelengths]
-    title = _title(arguments, f"{Path(arguments.path).name}, {moment_text(arguments.time)}")
+    title = _title(arguments, f"{Path(arguments.path).name}, {moment_text(moment)}")
     domes = tuple(picture.domes[0] for picture in pictures)
     return dataclasses.replace(pictures[0], domes=domes, title=title), len(domes)
 

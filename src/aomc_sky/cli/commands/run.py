@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import MAX_ROWS, shown, table
 from aomc_sky.errors import UsageError
-from aomc_sky.options import FIELD, READING
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
@@ -78,7 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
 
         shard = parse_shard(arguments.shard)
     if arguments.amc_inp is None:
-        scene = _scene_of_weather(arguments)
+        scene = cli_options.scene_of_options(arguments)
     else:
         scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
     if arguments.dry_run:
@@ -110,33 +109,6 @@ def run(arguments: argparse.Namespace) -> int:
     elif is_shown:
         print(text(), file=sys.stderr)  # standard output belongs to the photons
     return 0
-
-
-_OF_FILES = (*READING, "compat", "lenient", "allow_path", "waveband")
-
-
-def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
-    """Sun and sky from options alone, without files of AMC."""
-    from aomc_sky.source.weather_scene import scene_of_weather
-
-    if not any(cli_options.light_arguments(arguments).values()) and arguments.sky is None:
-        raise UsageError(
-            "which scene? name amc.inp or its folder, or sun, sky and wavebands: --sun-zenith 40 --ghi 780 --dhi 140 "
-            "--wavelengths 440 550 --out day, or --sky overcast --wavelengths 550 --out day"
-        )
-    for name in cli_options.given_options(arguments, *FIELD):
-        raise UsageError(f"{name} is for a measured sky (.csv) or a radiance field (.nc): name it")
-    for name in cli_options.given_options(arguments, *_OF_FILES):
-        raise UsageError(f"{name} is for a scene of files: name its amc.inp")
-    if not arguments.wavelengths:
-        raise UsageError("a run without amc.inp needs its wavebands: --wavelengths 412 443 555")
-    return scene_of_weather(
-        cli_options.said_of(arguments),
-        arguments.wavelengths,
-        10**6 if arguments.iterations is None else arguments.iterations,
-        sky=arguments.sky,
-        sky_options=cli_options.sky_option_arguments(arguments),
-    )
 
 
 def _check(arguments: argparse.Namespace) -> None:
