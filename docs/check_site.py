@@ -18,6 +18,7 @@ FIRST = {
     "seed": "cli",
     "compat": "howto/from_aomc",
     "exit codes": "cli",
+    "cite": "cite",
     "perez": "models/perez",
     "numba": "hosts",
     "mean cosine": "conventions",

@@ -38,28 +38,36 @@ LINES = {
 
 
 def draw_sky(*, paper: str, points: str) -> Figure:
-    """A clear sky as radiance, and the first photons of its source as points on a disc."""
-    model = sky.PerezSky(sun_zenith_rad=np.radians(48.0), sun_azimuth_rad=np.radians(55.0), epsilon=5.5, delta=0.12)
-    scene = sky.Scene(wavebands=[550.0], n_photons=N_SHOWN, components=model)
+    """The radiance of the first command of the README, and the first photons of its sky as points on a disc."""
+    scene = sky.weather_scene(
+        time="2026-06-21T10:00Z",
+        latitude_deg=54.18,
+        longitude_deg=7.89,
+        wavebands=[550.0],
+        n_photons=20 * N_SHOWN,
+        sky="harrison-coombes",
+        spectrum="spectrl2",
+        clear_sky={"aerosol": "maritime"},
+    )
     figure = Figure(figsize=(7.2, 3.05))
     left, right = figure.add_axes((0.0, 0.0, 0.42, 0.91)), figure.add_axes((0.57, 0.0, 0.42, 0.91))
-    sky.plot(model, ax=left)
+    sky.plot(scene, ax=left)
     bar = figure.colorbar(left.collections[-1], cax=figure.add_axes((0.435, 0.17, 0.014, 0.6)))
-    bar.set_ticks([0.3, 0.5, 1, 2, 4], labels=["0.3", "0.5", "1", "2", "4"])
+    bar.set_ticks(ticks := [0.03, 0.05, 0.1, 0.2, 0.5], labels=[f"{tick:g}" for tick in ticks])
     bar.ax.yaxis.set_minor_locator(NullLocator())
     bar.ax.tick_params(labelsize=8)
-    bar.set_label("relative radiance", fontsize=8)
+    bar.set_label("radiance [W m$^{-2}$ sr$^{-1}$ nm$^{-1}$]", fontsize=8)
     sky.plot(np.ones((9, 36)), ax=right, cmap=ListedColormap([paper]))
-    photons = scene.source(seed=1).photons(0, 0, N_SHOWN)
-    zenith = np.degrees(np.arccos(-photons.uz))  # a photon travels away from where it comes from
-    azimuth = np.arctan2(-photons.uy, -photons.ux)
+    photons = scene.source(seed=1).photons()
+    ux, uy, uz = np.array([photons.ux, photons.uy, photons.uz])[:, photons.patch > 0][:, :N_SHOWN]  # patch 0: the beam
+    zenith, azimuth = np.degrees(np.arccos(-uz)), np.arctan2(-uy, -ux)  # a photon travels away from where it comes from
     right.plot(zenith * np.cos(azimuth), zenith * np.sin(azimuth), ".", color=points, markersize=2.0, mew=0)
     for axes in (left, right):
         for drawn in (*axes.lines, *axes.texts):
             if drawn.get_color() in ("black", "#555555"):
                 drawn.set_color(rcParams["text.color"])
-    left.set_title("radiance of a clear sky", fontsize=10)
-    right.set_title(f"its first {N_SHOWN:,} photons".replace(",", " "), fontsize=10)
+    left.set_title("radiance at 550 nm, and the beam", fontsize=10)
+    right.set_title(f"first {N_SHOWN:,} photons of this sky".replace(",", " "), fontsize=10)
     return figure
 
 

@@ -243,7 +243,7 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
     if is_verbose(arguments) and scene.options.get("sky") == "atmosphere" and seconds > _SLOW_SKY_S:
         sun = scene.options["sun"]
         print(
-            f"aomc-sky: note: the sky took {seconds:.0f} s; to solve it once, write aomc-sky atmosphere MODEL.atmo "
+            f"aomc-sky: hint: the sky took {seconds:.0f} s; to solve it once, write aomc-sky atmosphere MODEL.atmo "
             f"--sun-zenith {sun['zenith_deg']:g} --sun-azimuth {sun['azimuth_deg']:g} --out sky.nc, and table = "
             '"sky.nc" below [sky] of sky.toml',
             file=sys.stderr,

@@ -54,20 +54,18 @@ def unused_note(what: Mapping[str, Iterable[str]]) -> list[str]:
     return [f"{UNUSED} {'; '.join(shown)}"] if shown else []
 
 
-MOST_OTHERS = 2
+MOST_NOTES = 2
 
 
 def shown_notes(notes: Sequence[str]) -> tuple[list[str], int]:
     """The notes of a scene that a person reads without asking, and how many others there are.
 
-    A scene of radiances shows its three notes and two more; any other scene shows all.
+    Quotes are always shown, and the first two others; of these the light that was found comes first.
     """
-    if not any(BRIGHTEST in note for note in notes):
-        return list(notes), 0
-    is_first = [any(mark in note for mark in (SAYS, UNUSED, BRIGHTEST)) for note in notes]
-    others = [note for note, first in zip(notes, is_first, strict=True) if not first]
-    kept = others[:MOST_OTHERS]
-    shown = [note for note, first in zip(notes, is_first, strict=True) if first or note in kept]
+    is_quote = [any(mark in note for mark in (SAYS, UNUSED)) for note in notes]
+    others = [note for note, quoted in zip(notes, is_quote, strict=True) if not quoted]
+    kept = sorted(others, key=lambda note: BRIGHTEST not in note)[:MOST_NOTES]
+    shown = [note for note, quoted in zip(notes, is_quote, strict=True) if quoted or note in kept]
     return shown, len(notes) - len(shown)
 
 

@@ -27,7 +27,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.function_sky import FunctionSky
 from aomc_sky.skies.model import Share, check_share, polarised, with_share
-from aomc_sky.skies.on_sphere import Interpolant, interpolate, notes_of, warn_of_extrapolation
+from aomc_sky.skies.on_sphere import Interpolant, interpolate, known_of, notes_of, warn_of_extrapolation
 from aomc_sky.skies.witnesses import brightest_note, warn_of_light
 
 if TYPE_CHECKING:
@@ -334,7 +334,9 @@ class RadianceField(Share):
         seen = brightest_note(values, zenith, azimuth, float(self.irradiance(nm[:1])[0]), float(self.is_absolute), at)
         said = [one for one in self.remarks if one.startswith((SAYS, UNUSED))]
         others = [one for one in self.remarks if one not in said]
-        notes = (*said, seen, *notes_of(self._parts(nm), has_sun=self.sun is not None), *others, inside)
+        parts = self._parts(nm)
+        found = f"{known_of(parts)}; {seen}"
+        notes = (*said, found, *notes_of(parts, has_sun=self.sun is not None), *others, inside)
         return tuple(f"measured sky: {note}" for note in notes)
 
     def missing_beam(self) -> str:

@@ -291,6 +291,13 @@ def _leave_one_out(points: np.ndarray, rest: np.ndarray, trend: _Trend) -> tuple
     return chosen, np.stack([errors(points[some], rest[some], is_local=True)[0] for some in near])
 
 
+def known_of(parts: Sequence[Interpolant]) -> str:
+    """How well the light is known, in few words: the largest error and share of all wavelengths."""
+    error = max((part.error for part in parts if not math.isnan(part.error)), default=math.nan)
+    known = "errors unknown" if math.isnan(error) else f"radiances known to {percent(error)}"
+    return f"{known}; {percent(max(part.extrapolated for part in parts))} of the light extrapolated"
+
+
 def notes_of(parts: Sequence[Interpolant], *, has_sun: bool = False) -> tuple[str, ...]:
     """Method and errors of the interpolation, the largest of all wavelengths."""
     worst = max(parts, key=lambda part: -1.0 if math.isnan(part.error) else part.error)

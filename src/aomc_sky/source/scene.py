@@ -249,7 +249,7 @@ class Scene:
         """
         given = self.components if isinstance(self.components, (tuple, list)) else (self.components,)
         parts: list[Component] = []
-        notes = list(self.notes)
+        of_models: list[str] = []
         without_beam: list[str] = []
         of_tables: list[np.ndarray] = []
         for part in given:
@@ -271,12 +271,11 @@ class Scene:
             if hasattr(model, "table_wavelength_nm"):
                 of_tables.append(model.table_wavelength_nm(self.wavebands.wavelength_nm))
             model_notes = model.notes(self.wavebands.wavelength_nm) if hasattr(model, "notes") else ()
-            notes += [note for note in model_notes if note not in notes]
+            of_models += [note for note in model_notes if note not in (*self.notes, *of_models)]
             without_beam.append(model.missing_beam() if hasattr(model, "missing_beam") else "")
-        if not any(law_of(component.law).is_beam for component in parts):
-            notes += filter(None, without_beam)
+        missing = () if any(law_of(component.law).is_beam for component in parts) else filter(None, without_beam)
         object.__setattr__(self, "components", tuple(parts))
-        object.__setattr__(self, "notes", tuple(notes))
+        object.__setattr__(self, "notes", (*self.notes, *missing, *of_models))
         return of_tables[0] if len(of_tables) == 1 else np.full(self.wavebands.n_bands, np.nan)
 
     def radiance(

@@ -92,9 +92,9 @@ def light_of(
     components = [] if is_alone else _beam(sun, fractions)
     components += _diffuse(lowered.components, sky_rows, fractions, nm[_first_of(of_band)], sky.made_of)
     notes = [*_split_notes(light, answer, sky, sun, is_lit=is_lit, is_alone=is_alone), *notes, *light.notes]
-    notes += lowered.notes
     if is_lit and not (fractions.any() or is_alone):
         notes += [lowered.missing_beam] * bool(lowered.missing_beam)
+    notes += lowered.notes
     if is_lit and sun is not None:
         notes += sun.notes
     found = Light(

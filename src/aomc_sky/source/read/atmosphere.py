@@ -175,18 +175,13 @@ def _notes(
     low, high = f"{share.min():.4g}", f"{share.max():.4g}"
     solved = sky.solved
     orders = "one order" if solved.n_orders == 1 else f"{solved.n_orders} orders"
-    notes = [
-        f"atmosphere: {atmosphere.section.file}, method {solved.method}, {orders}, {sky.medium.wavelength_nm.size} "
-        f"wavelengths; direct fraction {low if low == high else f'{low} to {high}'}"
-    ]
-    notes += sky.notes(sky.medium.wavelength_nm)
-    if solved.reason:
-        notes.append(f"atmosphere: method {solved.method} because {solved.reason}")
-    if solved.later_orders is not None:
-        notes.append(f"atmosphere: the orders left out hold about {solved.truncation.max():.2g} of the sky's light")
+    n_nm, errors = sky.medium.wavelength_nm.size, ""
     if solved.n_paths:
-        share = f"{solved.n_paths} backward paths, {float(f'{100 * solved.resolution_error:.2g}'):g} %"
-        notes.append(f"atmosphere: orders 2 and up in each direction and their standard error: {share}")
+        errors = f"; known to {float(f'{100 * solved.resolution_error:.2g}'):g} %, by {solved.n_paths} paths"
+    notes = [
+        f"atmosphere: {atmosphere.section.file}, method {solved.method}, {orders}, {n_nm} "
+        f"wavelength{'s' * (n_nm > 1)}; direct fraction {low if low == high else f'{low} to {high}'}{errors}"
+    ]
     if solved.moon is not None:
         notes.append(f"atmosphere: the observer sees {solved.visible_share:.4g} of the sun's disc beside the Moon")
     elif sky.moon is not None:
@@ -194,6 +189,11 @@ def _notes(
     if solved.glow is not None:
         luminance = atmosphere.section.ground_luminance_cd_m2
         notes.append(f"atmosphere: the ground glows with {luminance:g} cd/m2; glow known to {solved.glow_error:.1g}")
+    notes += sky.notes(sky.medium.wavelength_nm)
+    if solved.reason:
+        notes.append(f"atmosphere: method {solved.method} because {solved.reason}")
+    if solved.later_orders is not None:
+        notes.append(f"atmosphere: the orders left out hold about {solved.truncation.max():.2g} of the sky's light")
     if atmosphere.report.dropped:
         notes.append(f"atmosphere: too thin to matter, left out: {', '.join(atmosphere.report.dropped)}")
     if is_alone:

@@ -258,7 +258,7 @@ def _sky_of(files: SceneFiles, speakers: Speakers, reading: Reading) -> tuple[Sk
     if files.table is not None:
         from aomc_sky.source.read.table import table_of
 
-        weighting = weighting or files.toml.sky.weighting
+        weighting = weighting or files.toml.sky.weighting  # type: ignore[assignment]  # read by its rule
         how = {"bins": reading.bins, "weighting": weighting, "azimuth_bins": reading.azimuth_bins}
         table = table_of(files.table, compat=compat, **how)
         return table, dict(table.reading)
