@@ -60,11 +60,12 @@ MOST_NOTES = 2
 def shown_notes(notes: Sequence[str]) -> tuple[list[str], int]:
     """The notes of a scene that a person reads without asking, and how many others there are.
 
-    Quotes are always shown, and the first two others; of these the light that was found comes first.
+    What a file says, and names that were not used, are always shown, and two others: first those on inputs that are
+    not used, then the light that was found.
     """
-    is_quote = [any(mark in note for mark in (SAYS, UNUSED)) for note in notes]
+    is_quote = [SAYS in note or f": {UNUSED}" in f": {note}" for note in notes]
     others = [note for note, quoted in zip(notes, is_quote, strict=True) if not quoted]
-    kept = sorted(others, key=lambda note: BRIGHTEST not in note)[:MOST_NOTES]
+    kept = sorted(others, key=lambda note: (UNUSED not in note, BRIGHTEST not in note))[:MOST_NOTES]
     shown = [note for note, quoted in zip(notes, is_quote, strict=True) if quoted or note in kept]
     return shown, len(notes) - len(shown)
 
