@@ -101,6 +101,8 @@ _MOST_STEPS = 10_000
 def stepped(text: str, read: Callable[[str], float] = finite_number) -> list[float]:
     """The numbers of START:END:STEP; END is one of them if a step reaches it. `read` is the type of its ends."""
     parts = text.split(":")
+    if len(parts) == 2:
+        raise argparse.ArgumentTypeError(f"{text!r} has no step; write {text}:10 for steps of 10")
     if len(parts) != 3 or not finite_number(parts[2]) > 0 or read(parts[1]) < read(parts[0]):
         raise argparse.ArgumentTypeError(f"expected START:END:STEP, END not below START and STEP above 0, got {text!r}")
     start, end, step = read(parts[0]), read(parts[1]), finite_number(parts[2])
@@ -112,7 +114,10 @@ def stepped(text: str, read: Callable[[str], float] = finite_number) -> list[flo
 
 def wavelength(text: str) -> float:
     """A number in nm; one in micrometres is refused."""
-    number = finite_number(text)
+    try:
+        number = finite_number(text)
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{error}; write 412 443 555, or 400:700:10") from None
     if advice := in_nm(number, repr(text)):
         raise argparse.ArgumentTypeError(advice)
     return number

@@ -118,6 +118,11 @@ class MakeSky:
         no_options = (*SUN, *_SCENE_OPTIONS) if self.plugin.is_ours else SUN
         return {n: p.default is p.empty for n, p in known if n not in no_options and p.kind in _BY_NAME}
 
+    def shown(self, name: str, *more: str) -> str:
+        """An option with its range, where the model states it: `option_ranges` of the class or function."""
+        about = ", ".join(filter(None, (getattr(self.make, "option_ranges", {}).get(name), *more)))
+        return f"{name} ({about})" if about else name
+
 
 _BY_NAME = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import InitVar, dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -72,6 +72,8 @@ class CIESky(Share):
     >>> scene.source().total
     1000
     """
+
+    option_ranges: ClassVar[dict[str, str]] = {"type": f"1 to {len(TYPES)}"}
 
     type: int
     sun_zenith_rad: float = None  # type: ignore[assignment]

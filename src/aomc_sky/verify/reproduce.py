@@ -270,16 +270,47 @@ def scene_checks(plan: Plan, manifest: Mapping[str, Any], scene: Scene) -> list[
         detail = "not made again: the importance of its patches was given in Python"
         return [Check(name="scene: plan", passed=False, detail=detail)]
     made = scene.source(plan.seed, **how).plan
-    wrong = [] if plan.sha256 == made.sha256 else [*differences(plan.options, made.options, source="the scene gives")]
+    wrong = []
     if plan.sha256 != made.sha256:
-        wrong += _array_differences(plan.members(), made.members())
+        wrong = _of_another_scene(plan, made) or [
+            *differences(plan.options, made.options, source="the scene gives"),
+            *_array_differences(plan.members(), made.members()),
+        ]
     same = f"made again from the scene with seed {plan.seed}: {plan.sha256[:16]}"
     checks = [Check(name="scene: plan", passed=not wrong, is_foreign=bool(wrong), detail=named(wrong) or same)]
     notes = [note for note in manifest["notes"] if not note.startswith(READING)]  # those of versions before 0.5
     found = part_of_scene(manifest) | {"notes": notes}
-    wrong = list(differences(found, json.loads(json.dumps(scene_part(scene))), source="the scene gives"))
+    part = scene_part(scene)
+    wrong = _other_files(found.pop("inputs"), part.pop("inputs"))
+    wrong += differences(found, json.loads(json.dumps(part)), source="the scene gives")
     same = "names and hashes of its files, how they were read, and notes agree with the manifest"
     return [*checks, Check(name="scene: manifest", passed=not wrong, detail=named(wrong) or same)]
+
+
+def _of_another_scene(plan: Plan, made: Plan) -> list[str]:
+    """What shows at once that a run is of another scene; empty for one that has changed."""
+
+    def facts(of: Plan) -> dict[str, str]:
+        nm = of.wavelength_nm.tolist()
+        return {
+            "wavebands": f"{len(nm)} ({nm[0]:g} to {nm[-1]:g} nm)" if len(nm) > 1 else f"1 ({nm[0]:g} nm)",
+            "components": ", ".join(of.component_names),
+            "patches": str(of.n_cells),
+        }
+
+    one, other = facts(plan), facts(made)
+    wrong = [f"{name} {one[name]}, the scene gives {other[name]}" for name in one if one[name] != other[name]]
+    return [f"another scene: {'; '.join(wrong)}"] if wrong else []
+
+
+def _other_files(found: Mapping[str, Any], expected: Mapping[str, Any]) -> list[str]:
+    """Files of the scene that are not those of the run."""
+    said = {
+        "other contents of": [role for role in found if role in expected and found[role] != expected[role]],
+        "the scene has no": [role for role in found if role not in expected],
+        "the run had no": [role for role in expected if role not in found],
+    }
+    return [f"{what} {', '.join(roles)}" for what, roles in said.items() if roles]
 
 
 def _array_differences(found: Mapping[str, np.ndarray], expected: Mapping[str, np.ndarray]) -> Iterator[str]:

@@ -110,11 +110,13 @@ def _skies(arguments: argparse.Namespace) -> int:
     for plugin in installed.plugins.values():
         about = {"name": plugin.name, "distribution": plugin.distribution, "version": plugin.version}
         try:
-            options = plugin.load().options.items()
+            make = plugin.load()
         except PluginError as error:
             refused.append(str(error))
             continue
-        skies.append({**about, "options": [f"{name} (needed)" if needed else name for name, needed in options]})
+        skies.append(
+            {**about, "options": [make.shown(name, "needed" * needed) for name, needed in make.options.items()]}
+        )
 
     def text() -> str:
         rows = [(s["name"], f"{s['distribution']} {s['version']}", ", ".join(s["options"]) or "-") for s in skies]

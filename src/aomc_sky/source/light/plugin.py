@@ -130,7 +130,7 @@ class PluginSky:
 
 def options_text(make: MakeSky) -> str:
     """Options of a model, for messages."""
-    names = [f"{name} (needed)" if is_needed else name for name, is_needed in make.options.items()]
+    names = [make.shown(n, "needed" * is_needed) for n, is_needed in make.options.items()]
     open_ended = [] if make.parameters is not None and not make.takes("") else ["and others that it does not name"]
     return f"its options are {', '.join([*names, *open_ended])}" if names or open_ended else "it has no options"
 
@@ -155,7 +155,7 @@ def choose_plugin(name: str, section: SkySection, given: Mapping[str, Any], path
     options = {option.name: option.value for option in section_options.options} | dict(given)
     missing = [n for n, is_needed in make.options.items() if is_needed and n not in options]
     if missing and not problems and not wrong:
-        message = f"the sky model {make.plugin} needs {' and '.join(missing)}"
+        message = f"the sky model {make.plugin} needs {' and '.join(map(make.shown, missing))}"
         if section_options.model_span is None:
             by_option = " ".join(f"--sky-option {n}=..." for n in missing)
             pairs = ", ".join(f'"{n}": ...' for n in missing)

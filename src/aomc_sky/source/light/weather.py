@@ -151,9 +151,9 @@ def _moment_of_row(path: str | Path, kind: str, row: int, names: tuple[str, ...]
     position = sun_position(table.midpoint[k], table.latitude_deg, table.longitude_deg)
     if float(position.apparent_zenith_deg) >= 90:
         below = float(position.apparent_zenith_deg) - 90
-        raise SceneError(
-            f"{where}: the sun is {below:.2f} degrees below the horizon at the middle of the hour{_day_near(table, k)}"
-        )
+        word = say(f"{{row:{k + 1}}}")
+        night = f"the sun is {below:.2f} degrees below the horizon at the middle of that hour"
+        raise SceneError(f"{where}: {word}: {night}{_day_near(table, k)}")
     source = {
         "weather": table.path,
         "line": int(table.line[k]),
