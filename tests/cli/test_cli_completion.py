@@ -7,6 +7,8 @@ import subprocess
 import pytest
 
 from aomc_sky.cli.usage import COMMANDS, build_parser
+from aomc_sky.formats.sky_models import OUR_NAMES, SKY_MODELS
+from aomc_sky.formats.sky_toml.keys import DIFFUSE_MODELS
 from tests.support.fault_rows import command
 
 pytest.importorskip("shtab")
@@ -42,7 +44,7 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
 @pytest.mark.parametrize(
     ("typed", "names"),
     [
-        ("", {"perez", "uniform", "none", "overcast", "cardioidal", "cie", "harrison-coombes"}),
+        ("", {*DIFFUSE_MODELS} | ({*SKY_MODELS} - {*OUR_NAMES})),
         ("c", {"cardioidal", "cie"}),
         ("harr", {"harrison-coombes"}),
         ("x", {""}),

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from aomc_sky.formats.sky_models import OUR_NAMES, SKY_MODELS
 from tests.support.fault_rows import command
 from tests.support.fields import field_of
 from tests.support.plugins import lay_package
@@ -21,7 +22,7 @@ TOML = '[perez]\nghi = 780\ndhi = 140\nspectrum = "flat"\n[sun]\nzenith_deg = 40
 FRACTION = 1 - 140 / 780
 NM = ["400", "450", "550", "650"]
 """The wavebands of inputs/perez_sky."""
-NAMED = ("perez", "uniform", "overcast", "cie", "harrison-coombes", "plugin")
+NAMED = ("perez", "uniform", *sorted({*SKY_MODELS} - {*OUR_NAMES, "cardioidal"}), "plugin")  # which is overcast
 FILES = {"csv": "sky.csv", "field": "field.nc"}
 SKIES = (*NAMED, "function", *FILES, "atmosphere")
 NO_FILE = "is a file, not the name of a sky"

@@ -1,6 +1,7 @@
 """The promises of the source: any split, any order, any process gives the same bits."""
 
 import dataclasses
+import inspect
 import itertools
 import pickle
 from concurrent.futures import ThreadPoolExecutor
@@ -15,7 +16,9 @@ from tests.emission.test_polarised_photons import table as polarised_table
 from tests.support.sampled import table_of
 
 BANDS = [450.0, 550.0]
-FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight", "q", "u", "numbers")
+FIELDS = [
+    field.name for field in dataclasses.fields(sky.PhotonBatch) if field.name not in ("band", "start", "wavelength_nm")
+]
 
 
 def scene(n=30_011, components=None, **more):
@@ -173,18 +176,23 @@ def test_ranges_that_do_not_exist(band, start, stop):
         scene().source().photons(band, start, stop)
 
 
+OPTIONS = {
+    "seed": 2, "allocation": "largest-remainder", "method": "iid", "placement": "philox", "order": "patch",
+    "precision": "float64", "weights": True, "replicates": 3, "bias": {"beam": 0.4},
+    "importance": {"sky": lambda zenith, azimuth: 1.0 + zenith},
+}  # fmt: skip
+"""Each argument of `Scene.source` that changes photons, with a value that is not its default."""
+
+
 def test_everything_that_changes_photons_changes_the_name():
-    variants = [
-        scene().source(seed=1),
-        scene().source(seed=2),
-        scene().source(seed=1, order="patch"),
-        scene().source(seed=1, placement="philox"),
-        scene().source(seed=1, allocation="largest-remainder"),
-        scene().source(seed=1, precision="float64"),
-        scene(n=30_012).source(seed=1),
-        scene(footprint=sky.Footprint.circle(1.0)).source(seed=1),
-    ]
-    assert len({source.plan.sha256 for source in variants}) == 8
+    assert set(OPTIONS) == {*inspect.signature(sky.Scene.source).parameters} - {"self", "max_memory_bytes"}
+    plain = scene(components=several())
+    scenes = [plain, scene(n=30_012, components=several()), scene(components=several()[1:])]
+    scenes.append(scene(components=several(), footprint=sky.Footprint.circle(1.0)))
+    scenes.append(scene(components=several(), bias={"beam": 0.5}))
+    plans = [one.source(seed=1).plan.sha256 for one in scenes]
+    plans += [plain.source(**{"seed": 1, name: value}).plan.sha256 for name, value in OPTIONS.items()]
+    assert len(set(plans)) == len(plans)
 
 
 def test_counts_of_one_column_are_those_of_allocate():

@@ -12,7 +12,6 @@ from aomc_sky.outputs.statistics import PhotonSums, photon_sums, scalars_have_va
 GRID = sky.PatchGrid.regular(4, 6)
 VALUES = np.random.default_rng(3).lognormal(0.0, 1.0, (1, GRID.n_patches))
 VALUES[0, 5] = 0.0
-ARRAYS = ("ux", "uy", "uz", "patch", "x", "y", "weight")
 
 
 def scene(n_photons, n_bands=1, weighting="listed", footprint=True):
@@ -26,8 +25,7 @@ def scene(n_photons, n_bands=1, weighting="listed", footprint=True):
 
 def joined(batches):
     batches = list(batches)
-    present = [name for name in ARRAYS if getattr(batches[0], name) is not None]
-    return {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in present}
+    return {name: np.concatenate([batch.to_dict()[name] for batch in batches]) for name in batches[0].to_dict()}
 
 
 def assert_same(first, second):

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import tempfile
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.component import Law
 from aomc_sky.emission.source_file import tables_of
 from aomc_sky.plan.laws import law_of
+from aomc_sky.plan.options import OrderWord, PlacementWord, PrecisionWord
 from tests.support import fairness
 from tests.support.host_scenes import WAVEBANDS, components, disc, perez, table
 from tests.support.shared import REPOSITORY
@@ -250,7 +252,7 @@ MORE = {
 HOST_SCENES = ("table", "narrow cells", "sparse", "wide cells", "solid angle", "disc and table", "everything", "perez")
 SCENES = (*HOST_SCENES, *MORE)
 LOBES = ("lobes and all", "lobes")
-OPTIONS = ("float32", "float64"), ("shuffled", "patch"), ("r2", "philox", "centre")
+OPTIONS = tuple(get_args(words) for words in (PrecisionWord, OrderWord, PlacementWord))
 """Precisions, orders and placements."""
 WAYS = [(name, *way) for name, *way in itertools.product(SCENES, *OPTIONS) if name not in LOBES or way[2] != "centre"]
 
