@@ -113,5 +113,7 @@ def test_shards_make_the_run(tmp_path, run_folder):
     for part in ("1/2", "2/2"):
         words = ("--bias", "direct=0.2", "--shard", part, "--out", tmp_path / "parts")
         assert command("run", "inputs/perez_sky", *FEW, *words) == 0
-    for path in sorted(run_folder.glob("*.npy")):
+    paths = sorted(run_folder.glob("*.npy"))
+    assert len({path.name.partition("-")[0] for path in paths}) == 3  # photons, positions, weights
+    for path in paths:
         assert path.read_bytes() == (tmp_path / "parts" / path.name).read_bytes()

@@ -76,7 +76,9 @@ def test_a_bad_file_gets_its_message(kind, path, monkeypatch):
 
 @pytest.mark.parametrize("kind", READERS)
 def test_every_message_says_what_to_write(kind):
-    for path in sorted((DATA / kind / "bad").glob("*.expected")):
+    messages = sorted((DATA / kind / "bad").glob("*.expected"))
+    assert messages
+    for path in messages:
         carets = [line for line in path.read_text().splitlines() if line.lstrip().startswith("| ") and "^" in line]
         assert all(line.split("^")[-1].strip() for line in carets), path.name
 

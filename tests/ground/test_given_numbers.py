@@ -162,7 +162,7 @@ ONE_NUMBER = {
     "degree": lambda x: sky.RayleighPattern(max_degree=x),
     "Moon": lambda x: sky.Moon(zenith_deg=40.0, distance_m=x),
     "sun of points": lambda x: sky.RadianceField.from_points(
-        [0.0, 50.0, 60.0], [0.0, 90.0, 180.0], UP[[0, 0, 0]], sun_zenith_deg=x
+        [0.0, 50.0, 60.0], [0.0, 90.0, 180.0], UP[[0, 0, 0]], sun_zenith_deg=x, sun_azimuth_deg=0.0
     ),
     "sun of a table": lambda x: sky.read_radiance_csv(INPUTS / "measured" / "sky.csv", sun_zenith_rad=x),
     "own azimuth": lambda x: sky.directions.to_enu_azimuth_deg(1.0, sky.AzimuthConvention.FROM_SUN, x),

@@ -10,7 +10,7 @@ from aomc_sky import Footprint, PatchGrid, Scene, TabulatedSky, UniformSky
 from aomc_sky.errors import InputFileError, OutputError
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
 from aomc_sky.outputs.photons.csv import CsvWriter
-from aomc_sky.outputs.photons.files import BLOCK
+from aomc_sky.outputs.photons.files import BLOCK, ChunkPool
 from aomc_sky.outputs.photons.npy import HEAD_BYTES, read_photons_npy
 from aomc_sky.source.read.scene import read_scene
 from aomc_sky.verify.foreign import open_photons
@@ -134,3 +134,19 @@ def test_a_file_that_becomes_shorter(tmp_path, order):
     path.write_bytes(path.read_bytes()[:-1])
     with pytest.raises(InputFileError, match="E903"):
         list(file.blocks())
+
+
+def test_the_pool_keeps_order():
+    """A pipe takes the bytes as they come: threads that end early wait."""
+    source = read_scene(INPUTS / "document_example", iterations=3 * BLOCK + 5).source(seed=3)
+    starts, pieces = [], []
+
+    def write(band, start, chunks):
+        starts.append(start)
+        pieces.append(bytes(chunks[0]))
+
+    with ChunkPool(source, 5) as pool:
+        sums = pool.emit(2, [(photon_writer("npy")(source), write)], lambda n: None)
+    assert starts == [0, BLOCK, 2 * BLOCK, 3 * BLOCK]
+    assert sums.n_photons == 3 * BLOCK + 5
+    assert b"".join(pieces) == source.photons(2).directions.tobytes()
