@@ -95,3 +95,9 @@ def test_streams_of_the_version_stand_in_the_changelog():
 
     streams = (REPOSITORY / "CHANGELOG.md").read_text().split("### Streams", 1)[1]
     assert f"`{STREAM_VERSION}`" in streams
+
+
+def test_the_newest_version_is_read_in_three_minutes():
+    newest = re.split(r"^## ", (REPOSITORY / "CHANGELOG.md").read_text(), flags=re.MULTILINE)[1]
+    assert newest.startswith(aomc_sky.__version__) or "(unreleased)" in newest.splitlines()[0]
+    assert len(newest.split()) <= 700
