@@ -61,6 +61,7 @@ def test_page_of_five_tasks(tmp_path):
 
 
 COMMANDS = [
+    ("error_bars.md", 1, ()),
     ("howto/from_aomc.md", 6, ()),
     ("howto/from_libradtran.md", 3, ("xarray", "h5netcdf")),
     ("formats/mcpl.md", 3, ("mcpl",)),
