@@ -32,7 +32,7 @@ def source():
     return Scene(wavebands=WAVELENGTHS, components=parts, **known).source(2**64 - 1)
 
 
-def test_counts_masses_grid_and_conventions(source):
+def test_counts_and_masses_are_those_of_the_source(source):
     data = aomc_sky.to_xarray(source)
     counts = source.counts
     assert np.array_equal(data.counts_direct, counts[:, 0])
@@ -42,15 +42,21 @@ def test_counts_masses_grid_and_conventions(source):
         assert np.array_equal(data.mass[band].values.ravel(), source.mass(band)[1:])
         assert np.array_equal(data.expected[band].values.ravel(), source.expected(band)[1:])
         assert float(data.mass[band].sum() + data.mass_direct[band]) == pytest.approx(1, abs=1e-12)
-    grid = source.grid
+
+
+def test_patches_have_their_places(source):
+    data, grid = aomc_sky.to_xarray(source), source.grid
     assert data.counts.dims == ("waveband", "zenith", "azimuth")
     assert np.array_equal(data.zenith_bounds, grid.zenith_bounds_deg)
     assert np.array_equal(data.azimuth_bounds, grid.azimuth_bounds_deg)
     assert data.zenith.values.tolist() == [22.5, 67.5]
     assert data.azimuth_index.values.tolist() == [1, 2, 3]
-    assert data.counts.sel(waveband=2, zenith=67.5, azimuth=180).item() == counts[1, 5]
+    assert data.counts.sel(waveband=2, zenith=67.5, azimuth=180).item() == source.counts[1, 5]
     assert data.counts_direct.attrs["zenith_deg"] == pytest.approx(30, abs=1e-9)
     assert data.counts_direct.attrs["azimuth_deg"] == pytest.approx(200, abs=1e-9)
+
+
+def test_names_units_and_bounds_follow_the_conventions(source):
     data = to_xarray(source)
     assert data.attrs["Conventions"] == "CF-1.11"
     assert data.attrs["seed"] == str(2**64 - 1)

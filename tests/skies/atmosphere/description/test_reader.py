@@ -57,6 +57,9 @@ def test_plain_file_word_for_word():
     assert not molecules.needs_interpolation_guides
     assert ozone.cross_section_m2.tolist() == [1e-27, 1e-25, 5e-25, 1e-25]
     assert (ozone.line, ozone.number_density.text) == (22, "        return 1e18;")
+
+
+def test_line_ends_a_mark_and_tabs_change_nothing():
     plain, other = read_atmo(PLAIN), read_atmo(PLAIN.with_name("crlf_bom_tabs.atmo"))
     for name in ("wavelength_nm", "solar_irradiance", "ground_albedo"):
         np.testing.assert_array_equal(getattr(plain, name), getattr(other, name))
@@ -72,7 +75,7 @@ def test_a_section_without_spectra_may_stand_above_the_wavelengths(tmp_path):
     assert [part.name for part in read_atmo(path).species] == ["molecules", "ozone"]
 
 
-def test_every_key_is_named_and_kept():
+def test_every_key_is_kept():
     d = read_atmo(PLAIN.with_name("every_key.atmo"))
     assert tuple(d.sizes) == all_keys.SIZES
     assert len(set(d.sizes.values())) >= 18
@@ -87,6 +90,9 @@ def test_every_key_is_named_and_kept():
     assert molecules.needs_interpolation_guides
     assert d.ground_glow is not None
     assert d.glow_luminance_cd_m2 == pytest.approx(1.0, abs=1e-4)
+
+
+def test_the_pages_name_every_key():
     pages = ("docs/formats/atmo.md", "docs/models/atmosphere_options.md")
     page = "".join((REPOSITORY / name).read_text().lower() for name in pages)
     keys = {*all_keys.TOP_KEYS, *all_keys.SCATTERER_KEYS, *all_keys.ABSORBER_KEYS, *all_keys.DIRECTIVES}
