@@ -5,8 +5,9 @@ import shutil
 
 import pytest
 
+from aomc_sky.formats.sky_models import SKY_MODELS
 from tests.support.processes import in_environment
-from tests.support.shared import INPUTS
+from tests.support.shared import INPUTS, REPOSITORY
 
 HEAVY = {"numba", "llvmlite", "scipy", "matplotlib", "pandas", "pvlib", "tqdm", "xarray"}
 
@@ -94,24 +95,29 @@ def test_input_errors_appear_without_heavy_imports(tmp_path):
 
 def test_importing_the_package_loads_no_third_party_module():
     program = "import sys; import aomc_sky; print(*sorted({m.partition('.')[0] for m in sys.modules}))"
-    assert not {"numpy", *HEAVY} & set(in_environment(program).split())
+    loaded = set(in_environment(program).split())
+    assert "aomc_sky" in loaded
+    assert not {"numpy", *HEAVY} & loaded
 
 
-PEREZ, LOBES, TABLE = {"perez"}, {"lobes", "background", "backgrounds"}, {"tabulated"}
-ATMOSPHERE, MOON = {"atmosphere", "atmospheres", "atmo"}, {"moon", "eclipse"}
-WEATHER = {"weather", "sun_position", "spectral_split"}
-MODELS = PEREZ | LOBES | ATMOSPHERE | MOON | WEATHER | {"uniform", "plugin"}
-
-UNUSED = {
-    "clear_day": MODELS,
-    "document_example": MODELS,
-    "beam_only": PEREZ | ATMOSPHERE | WEATHER | TABLE | {"uniform"},
-    "perez_sky": ATMOSPHERE | WEATHER | TABLE | {"uniform"},
-    "sun_and_sky": ATMOSPHERE | WEATHER | TABLE | {"uniform"},
-    "night_sky": PEREZ | ATMOSPHERE | WEATHER | TABLE | {"uniform"},
-    "atmosphere_sky": WEATHER | TABLE | {"uniform", "lobes"},
+RARE = {where.partition(":")[0].split(".")[2] for where in SKY_MODELS.values()}
+RARE |= {"eclipse", "background", "backgrounds", "plugin", "weather", "sun_position", "spectral_split"}
+RARE |= {"polarisation", "polarised_field"}
+"""Names of rooms and modules that few scenes have a use for, each model of a sky among them."""
+USED: dict[str, set[str]] = {
+    "clear_day": {"tabulated"},
+    "document_example": {"tabulated"},
+    "beam_only": set(),
+    "perez_sky": {"perez"},
+    "sun_and_sky": {"perez"},
+    "night_sky": {"lobes", "background"},
+    "atmosphere_sky": {"atmosphere", "eclipse"},
 }
-"""Names of rooms and modules that a run of the scene has no use for."""
+
+
+def test_rare_modules_have_their_names():
+    package = REPOSITORY / "src" / "aomc_sky"
+    assert {*RARE} <= {path.stem for path in package.rglob("*") if path.suffix == ".py" or path.is_dir()}
 
 
 @pytest.mark.parametrize(
@@ -131,8 +137,8 @@ def test_a_run_loads_what_its_scene_needs_alone(tmp_path, scenes):
     runs = [["run", str(folder), "--iterations", "1e3", "--out", f"{folder}/out", "-q"] for folder in folders]
     for scene, answer in zip(scenes, probe(*runs), strict=True):
         assert answer["code"] == 0, answer
-        ours = [name.split(".") for name in answer["modules"] if name.startswith("aomc_sky.")]
-        assert [name for name in ours if UNUSED[scene] & set(name) or "polaris" in ".".join(name)] == []
+        ours = {part for name in answer["modules"] if name.startswith("aomc_sky.") for part in name.split(".")}
+        assert ours & RARE == USED[scene], scene
 
 
 _PHOTONS = """
