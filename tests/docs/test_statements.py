@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from aomc_sky import errors
+from aomc_sky import errors, system
 from aomc_sky.directions import AzimuthConvention
 from aomc_sky.formats.aomc.amc import FIRST_COLUMN, fields_of_layout
 from aomc_sky.formats.mcpl.file import MAX_HEAD_BYTES, MAX_TEXTS
@@ -134,6 +134,12 @@ def test_conventions_of_azimuths_and_codes_of_errors_are_all_named():
     words = {kind.code for kind in kinds if kind not in (errors.AomcSkyError, errors.InputFileError)}
     assert len(words) >= 8
     assert [word for word in words if f"`{word}`" not in commands] == []
+
+
+def test_calls_that_systems_lack_are_in_one_module():
+    shown = re.findall(r"^\| `(\w+)` \|", (REPOSITORY / "CONTRIBUTING.md").read_text(), re.MULTILINE)
+    assert len(shown) >= 8
+    assert [name for name in shown if not callable(getattr(system, name, None))] == []
 
 
 def options_of_script(text):
