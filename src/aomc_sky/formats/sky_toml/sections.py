@@ -124,9 +124,9 @@ class SkySection(Section):
     model_span: Span | None = field(default=None, compare=False)  #: Position of such a name
     options: tuple[SkyOption, ...] = ()  #: Keys that are not ours, beside such a name
     table: FieldSection | None = None  #: A radiance field instead of a model
-    #: Irradiance of the diffuse sky on a horizontal plane, a value for each waveband. [W m-2 nm-1, 0 to 10 000]
+    #: Irradiance of the diffuse sky on a horizontal plane, a value for each waveband. [W m-2 nm-1, 0 to 20]
     diffuse_irradiance: tuple[float, ...] | None = None
-    #: The same of the direct beam; by default it follows from the direct fraction. [W m-2 nm-1, 0 to 10 000]
+    #: The same of the direct beam; by default it follows from the direct fraction. [W m-2 nm-1, 0 to 20]
     direct_irradiance: tuple[float, ...] | None = None
     polarisation: float | None = None  #: Largest degree of Rayleigh's pattern on its light. [0 to 1]
     weighting: str | None = None  #: Meaning of the values of skydist.inp
