@@ -46,7 +46,7 @@ def answer(arguments: argparse.Namespace, content: Callable[[], Any], text: Call
 READING = {
     "how the files are read": "iterations sky sky_options bins weighting azimuth_bins compat lenient "
     "fail_on_warnings allow_path max_memory",
-    "a measured sky (.csv, .tsv) or a radiance field (.nc; default: what the file states)": " ".join(FIELD),
+    "a measured sky (.csv, .tsv, .txt, .dat) or a radiance field (.nc; default: what the file states)": " ".join(FIELD),
     "the sun and the Perez sky (default: sky.toml, difcol.inp, amc.inp)": "dni dhi ghi epsilon delta spectrum "
     "zenith_deg azimuth_deg disc diffuse_only polarisation",
     "a cloudless sky (--spectrum spectrl2 without irradiances; needs 'weather')": " ".join(CLEAR_SKY),

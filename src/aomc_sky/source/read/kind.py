@@ -98,7 +98,7 @@ def kind_of(path: Path) -> Kind | None:
 
 
 def only_table(folder: Path) -> Path | None:
-    """The table of radiances in a folder: the only file with a name that ends in .csv or .tsv."""
+    """The table of radiances in a folder: the only file with the name of one."""
     tables = [name for name in _entries(folder) if kind_of_name(name) is Kind.MEASURED]
     return folder / tables[0] if len(tables) == 1 else None
 

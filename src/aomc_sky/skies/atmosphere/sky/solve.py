@@ -248,7 +248,7 @@ class AtmosphereResult:
     method: str
     n_orders: int
     dropped: tuple[str, ...] = ()
-    seconds: dict[str, float] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict, compare=False)
     under_sampled: np.ndarray | None = None
 
     __eq__ = same_content
