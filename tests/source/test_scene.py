@@ -29,16 +29,6 @@ def test_twice_the_sun_is_the_limit(nm):
         scene_of(nm, 2.01 * sun)
 
 
-def test_the_sun_is_within_5_percent_of_its_spectrum():
-    pvlib = pytest.importorskip("pvlib")
-    spectrum = pvlib.spectrum.get_reference_spectra(standard="ASTM G173-03")["extraterrestrial"]
-    nm, values = spectrum.index.to_numpy(float), spectrum.to_numpy()
-    integral = np.concatenate([[0.0], np.cumsum(np.diff(nm) * (values[1:] + values[:-1]) / 2)])
-    middle = np.arange(300.0, 3996.0)
-    mean = (np.interp(middle + 5, nm, integral) - np.interp(middle - 5, nm, integral)) / 10
-    assert np.abs(solar_irradiance(middle) / mean - 1).max() < 0.0505  # the table has 4 digits
-
-
 @pytest.mark.parametrize("nm", [121.0, 299.9, 4001.0, 11_000.0])
 def test_other_light_than_the_suns_has_no_limit(nm):
     with warnings.catch_warnings():

@@ -194,12 +194,6 @@ def test_a_sky_without_light_beside_difcol_is_refused(tmp_path):
     assert [c.name for c in beam.components] == ["direct"]
 
 
-def test_a_uniform_sky_says_that_perez_is_not_used(tmp_path):
-    scene = sky.read_scene(scene_folder(tmp_path, toml=TOML, difcol=DIFCOL), sky="uniform")
-    assert scene.notes[-1] == "sky.toml: [perez] is not used: the light is that of difcol.inp"
-    assert "perez" not in scene.options
-
-
 @pytest.mark.parametrize("name", [None, "uniform", "overcast"])
 def test_a_beam_beside_a_sky_file_is_launched_where_it_is_asked_for(name):
     alone = sky.read_scene(INPUTS / "document_example", sky=name)

@@ -185,33 +185,11 @@ def test_one_fraction_for_all_wavebands_is_warned_of_unless_it_is_asked_for(amc)
     assert [c.name for c in cloud.components] == ["perez"]
 
 
-def test_sky_toml_says_it_too_and_options_win(amc):
-    toml = amc.parent / "sky.toml"
-    toml.write_text(toml.read_text().replace("[perez]\n", '[perez]\nspectrum = "spectrl2"\n'))
-    by_file = sky.read_scene(amc)
-    other_weather = sky.read_scene(amc, perez={"dni": 900.0, "dhi": 95.0})
-    flat = sky.read_scene(amc, perez={"spectrum": "flat"})
-    assert "spectrum" in by_file.options
-    assert other_weather.options["spectrum"]["turbidity_500nm"] != by_file.options["spectrum"]["turbidity_500nm"]
-    assert "spectrum" not in flat.options
-    toml.write_text('[perez]\nspectrum = "spectrl2"\n')  # no weather: a cloudless sky
-    assert sky.read_scene(amc).options["spectrum"]["turbidity_500nm"] == 0.1
-
-
 def test_epsilon_and_delta_have_irradiances_too(amc):
     one = sky.read_scene(amc, perez=WEATHER | SPECTRL2)
     shape = {name: one.options["perez"][name] for name in ("epsilon", "delta")}
     two = sky.read_scene(amc, perez=shape | SPECTRL2)
     np.testing.assert_allclose(two.irradiance.of_component, one.irradiance.of_component, rtol=1e-8)
-
-
-@pytest.mark.parametrize(("dni", "broadband", "blue"), [(850.0, 0.117, 0.291), (900.0, 0.111, 0.283)])
-def test_blue_light_is_more_diffuse_than_the_whole_spectrum(dni, broadband, blue):
-    found = 1.0 - split(dni, 95.0, 32.4, np.array([400.0, 550.0, 700.0])).direct_fraction
-    assert 95.0 / (95.0 + dni * np.cos(np.radians(32.4))) == pytest.approx(broadband, abs=5e-4)
-    assert found[0] == pytest.approx(blue, abs=2e-3)
-    assert found[0] > 2.4 * broadband
-    assert found[2] < 0.8 * broadband
 
 
 def test_light_of_the_night_adds_to_it_and_irradiances_of_sky_toml_win(amc):

@@ -123,40 +123,21 @@ def test_the_caller_comes_first_and_then_the_finest_file(tmp_path):
     (amc.parent / "difcol.inp").write_text("4\n" + "".join(f"{share} 0.9\n" for share in difcol))
     for files, expected in (("", difcol), (both, of_sky)):
         (amc.parent / "sky.toml").write_text(toml + files)
-        np.testing.assert_allclose(light(sky.read_scene(amc))[2], expected, rtol=1e-12)
+        of_files = sky.read_scene(amc)
+        np.testing.assert_allclose(light(of_files)[2], expected, rtol=1e-12)
+        assert any("difcol.inp: its direct fractions" in note for note in of_files.notes) == (files == both)
         of_options = sky.read_scene(amc, perez=flat)
         np.testing.assert_allclose(light(of_options)[2], of_caller, rtol=1e-12)
-        assert of_options.n_photons.tolist() == [450_000] * 4  # the intensities of difcol.inp stay
+        for scene in (of_files, of_options):  # the intensities of difcol.inp stay
+            assert scene.n_photons.tolist() == [450_000] * 4
         assert "difcol.inp: its direct fractions are not used: the light is that of" in " ".join(of_options.notes)
     (amc.parent / "difcol.inp").unlink()
     (amc.parent / "sky.toml").write_text(toml.replace("[sun]", 'spectrum = "flat"\n[sun]'))
     cosine = np.cos(np.radians(32.4))
     np.testing.assert_allclose(light(sky.read_scene(amc))[2], 850 * cosine / (850 * cosine + 95), rtol=1e-12)
-
-
-@pytest.mark.parametrize("name", ["perez", "harrison-coombes", "uniform"])
-def test_a_sky_in_place_of_skydist_has_the_beam_of_the_irradiances(name):
-    amounts = {"dni": 500.0, "dhi": 100.0, "spectrum": "flat"}
-    scene = sky.read_scene(INPUTS / "document_example", sky=name, perez=amounts, sun={"zenith_deg": 60.0})
-    np.testing.assert_allclose(light(scene)[2], 250 / 350, rtol=1e-12)
-
-
-def test_coefficients_of_a_caller_shape_the_sky_and_leave_the_light_to_the_file(tmp_path):
-    amc = copy_scene("perez_sky", tmp_path)
-    (amc.parent / "difcol.inp").unlink()
-    abcde = dict(zip("abcde", (-1.0, -0.3, 10.0, -3.0, 0.45), strict=True))
-    with pytest.warns(sky.InputWarning, match="broadband direct fraction 0.883 of dni 850"):
-        scene = sky.read_scene(amc, perez=abcde)
-    assert scene.options["perez"]["coefficients"] == list(abcde.values())
-    np.testing.assert_allclose(light(scene)[2], 850 / (850 + 95 / np.cos(np.radians(32.4))), rtol=1e-12)
-
-
-def test_a_sun_without_use_is_an_error():
-    uniform = {"wavebands": NM, "sky": "uniform"}
-    with pytest.raises(sky.UsageError, match=r"sun_zenith_deg=.* not used: the scene has no beam"):
-        sky.weather_scene(**uniform, sun_zenith_deg=ZENITH, diffuse_only=True)
-    with pytest.warns(sky.InputWarning, match="the direct beam of the sun is missing"):
-        sky.weather_scene(**uniform, sun_zenith_deg=ZENITH)
+    scene = sky.read_scene(amc, perez={"spectrum": "spectrl2"})
+    expected = of_irradiances(850.0, 95.0, scene.wavebands.wavelength_nm, 32.4)[0]
+    np.testing.assert_allclose(light(scene)[0], expected, rtol=2e-5)
 
 
 @pytest.mark.parametrize("place", [{}, {"time": "2026-03-21T12:00Z", "latitude_deg": 0.0, "longitude_deg": 0.0}])
@@ -244,12 +225,6 @@ def test_a_level_that_is_not_that_of_dhi_gets_a_warning():
         np.testing.assert_allclose(light(scene)[0], beam, rtol=2e-5)
 
 
-def test_one_share_for_all_wavebands_is_refused_beside_a_sky_in_absolute_units():
-    model = sky.UniformSky(irradiance_W_m2_nm=OWN.tolist())
-    with pytest.raises(sky.UsageError, match=r'spectrum="flat".* one share in all wavebands.*spectrum="spectrl2"'):
-        sky.weather_scene(wavebands=NM, **SUN, dni=800, dhi=100, sky=model, spectrum="flat")
-
-
 def test_a_sky_in_absolute_units_is_no_share(tmp_path):
     """A level in sky.toml let the broadband share in again, and solid angles lost the level."""
     amc = amc_with(tmp_path, "level", by_file=False)
@@ -272,19 +247,6 @@ def test_clear_mountain_air_has_a_warning_and_no_error():
         scene = sky.weather_scene(wavebands=[443.0, 865.0], **place, dni=1080, dhi=35, spectrum="spectrl2")
     assert "at 865 nm has 1.15 W m-2 nm-1" in " ".join(str(one.message) for one in caught)
     assert [one.name for one in scene.components] == ["direct", "perez"]
-
-
-@pytest.mark.parametrize(
-    ("name", "said", "text"),
-    [
-        ("sun_and_sky", {"perez": {"air_mass": "kasten-1966"}}, r"--air-mass .* is not used: the sky is a perez sky"),
-        ("beam_only", {"within": "uniform"}, r"--within .* not used: all light is direct .difcol.inp., so there is no"),
-        ("perez_sky", {"clear_sky": {"aod_500nm": 0.2}}, r"leave it out, or leave out what says that light and write"),
-    ],
-)
-def test_what_the_light_does_not_use_is_refused(name, said, text):
-    with pytest.raises(sky.UsageError, match=text):
-        sky.read_scene(INPUTS / name, **said)
 
 
 def test_dark_wavebands_that_nobody_wants_are_no_error(tmp_path):

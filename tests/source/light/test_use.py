@@ -1,7 +1,6 @@
 """What a scene cannot use is refused by both names of the input, and nothing of the light is dropped without a word."""
 
 import shutil
-import warnings
 
 import numpy as np
 import pytest
@@ -53,52 +52,35 @@ def test_a_perez_sky_of_a_cloudless_day_has_the_sun_of_the_day():
     assert kasten["delta"] != cloudless["delta"]
 
 
-def test_difcol_gives_way_to_irradiances_of_sky_toml(tmp_path):
-    """Photons and irradiances said different things in 0.3: 0.55 of one, 0.667 of the other."""
-    amc = copy_scene("perez_sky", tmp_path)
-    text = (amc.parent / "sky.toml").read_text()
-    (amc.parent / "sky.toml").write_text(
-        text + "\n[sky]\ndirect_irradiance = [0.8, 0.9, 0.7, 0.5]\ndiffuse_irradiance = [0.4, 0.3, 0.2, 0.5]\n"
-    )
-    scene = sky.read_scene(amc)
-    assert any(note.startswith("difcol.inp: its direct fractions are not used") for note in scene.notes)
-    counts = scene.source().counts
-    expected = np.array([2 / 3, 3 / 4, 7 / 9, 1 / 2])
-    np.testing.assert_allclose(counts[:, 0] / counts.sum(axis=1), expected, atol=1e-5)
-    np.testing.assert_array_equal(scene.n_photons, sky.read_scene(INPUTS / "perez_sky").n_photons)  # its intensities
-
-
-def test_the_sun_of_a_measured_sky_comes_before_that_of_amc_inp(tmp_path):
+@pytest.fixture
+def measured(tmp_path):
+    """The scene perez_sky with a measured table as its sky."""
+    pytest.importorskip("pvlib")
     amc = copy_scene("perez_sky", tmp_path)
     (amc.parent / "difcol.inp").unlink()
-    (amc.parent / "sky.csv").write_bytes((INPUTS / "measured" / "sky.csv").read_bytes())
-    pytest.importorskip("pvlib")
-    toml = '[perez]\nghi = 780\ndhi = 140\n[sky]\ntable = "sky.csv"\n'
-    (amc.parent / "sky.toml").write_text(toml)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", sky.InputWarning)  # wavebands beyond those of the file
-        scene = sky.read_scene(amc)
-        moved = sky.read_scene(amc, sun={"azimuth_deg": 100.0})
-        with pytest.raises(sky.UsageError, match=r"\(spectrum=\"flat\"\) gives .* the sky is in W m-2 nm-1 .*spectrl2"):
-            sky.read_scene(amc, perez={"spectrum": "flat"})
+    shutil.copy(INPUTS / "measured" / "sky.csv", amc.parent / "sky.csv")
+    (amc.parent / "sky.toml").write_text('[perez]\nghi = 780\ndhi = 140\n[sky]\ntable = "sky.csv"\n')
+    return amc
+
+
+@pytest.mark.filterwarnings("ignore::aomc_sky.InputWarning")  # wavebands beyond those of the file
+def test_the_sun_of_a_measured_sky_comes_before_that_of_amc_inp(measured):
+    scene = sky.read_scene(measured)
+    with pytest.raises(sky.UsageError, match=r"\(spectrum=\"flat\"\) gives .* the sky is in W m-2 nm-1 .*spectrl2"):
+        sky.read_scene(measured, perez={"spectrum": "flat"})
     sun = scene.options["sun"]
     assert (sun["zenith_deg"], sun["azimuth_deg"], sun["from"]) == (40.0, pytest.approx(135.0), "sky.csv")
     alone = sky.read_radiance_csv(INPUTS / "measured" / "sky.csv")
     notes = alone.notes(scene.wavebands.wavelength_nm)
     assert next(note for note in notes if "is off by" in note) in scene.notes
-    assert moved.options["sun"]["azimuth_deg"] == 100.0
 
 
 @pytest.mark.filterwarnings("ignore::aomc_sky.InputWarning")
-def test_one_angle_of_the_sun_that_is_asked_for_leaves_the_other_to_the_table(tmp_path):
+def test_one_angle_of_the_sun_that_is_asked_for_leaves_the_other_to_the_table(measured):
     """Both serve the interpolation, too."""
-    pytest.importorskip("pvlib")
-    amc = copy_scene("perez_sky", tmp_path)
-    (amc.parent / "difcol.inp").unlink()
-    table = shutil.copy(INPUTS / "measured" / "sky.csv", amc.parent / "sky.csv")
-    (amc.parent / "sky.toml").write_text('[perez]\nghi = 780\ndhi = 140\n[sky]\ntable = "sky.csv"\n')
+    table = measured.parent / "sky.csv"
     for angle in ({"zenith_deg": 30.0}, {"azimuth_deg": 100.0}):
-        scene = sky.read_scene(amc, sun=angle)
+        scene = sky.read_scene(measured, sun=angle)
         expected = {"zenith_deg": 40.0, "azimuth_deg": 135.0} | angle
         assert {name: pytest.approx(scene.options["sun"][name]) for name in expected} == expected
         model = sky.read_radiance_csv(table, **{f"sun_{name}": value for name, value in angle.items()})

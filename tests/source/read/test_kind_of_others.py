@@ -29,7 +29,7 @@ def test_a_name_that_says_nothing_is_told_what_a_scene_is(name, tmp_path, capsys
         assert "lambbot" not in text
 
 
-@pytest.mark.parametrize("name", ["sky.txt", "sky.dat"])
+@pytest.mark.parametrize("name", ["sky.txt", "sky.dat", "photon_counts.csv"])
 def test_a_text_without_a_line_of_amc_inp_is_a_table(name, tmp_path, capsys):
     (tmp_path / name).write_text(TABLE)
     assert said(capsys, "run", tmp_path / name, "--dry-run")[0] == 0
@@ -70,15 +70,6 @@ def test_radiances_in_hdf5_and_numpy_are_told_where_they_go(tmp_path, capsys):
         assert advice in text
 
 
-@pytest.mark.parametrize("data", [b"\x1f\x8b\x08\0\0\0\0\0", b"<html>404 Not Found</html>", b"CDF\x05" + bytes(100)])
-def test_what_is_no_netcdf_file(data, tmp_path, capsys):
-    pytest.importorskip("h5netcdf")
-    (tmp_path / "field.nc").write_bytes(data)
-    code, text = said(capsys, "run", tmp_path / "field.nc")
-    assert code == 3
-    assert r"not a netCDF file: its first bytes are none of CDF\x01, CDF\x02 (netCDF-3) and \x89HDF (netCDF-4)" in text
-
-
 def test_fortran_is_named_for_its_own_files_alone(tmp_path, capsys):
     (tmp_path / "sky.csv").write_bytes("zenith,azimuth,L".encode("utf-16"))
     (tmp_path / "old.csv").write_bytes(b"zenith,azimuth,L\r1,2,3\r")
@@ -87,11 +78,3 @@ def test_fortran_is_named_for_its_own_files_alone(tmp_path, capsys):
         code, text = said(capsys, "run", tmp_path / name)
         assert code == 3
         assert ("Fortran" in text) is is_of_fortran
-
-
-def test_a_table_whose_name_ends_as_a_file_of_a_run_is_a_table(tmp_path, capsys):
-    path = tmp_path / "photon_counts.csv"
-    path.write_text(
-        "# azimuth: clockwise from north\nzenith_deg,azimuth_deg,L_550\n10,0,1\n40,120,1\n40,240,1\n70,60,1\n"
-    )
-    assert said(capsys, "run", path, "--dry-run")[0] == 0

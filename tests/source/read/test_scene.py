@@ -160,6 +160,7 @@ REFUSED = {
         ({"compat": "aomc", "perez": {"dni": 1.0, "dhi": 1.0}}, "--compat aomc"),
         ({"compat": "aomc", "sky": "perez"}, "--compat aomc"),
         ({"clear_sky": {"aod_500nm": 0.1}}, r"--aod \(clear_sky=\) is not used: the light is that of difcol"),
+        ({"bins": "degrees"}, r"--bins \(bins=\) is not used: the sky is a perez sky"),
     ],
     "document_example": [
         ({"sun": {"zenith_deg": 1.0}}, r"is not used: the scene has no beam; write --sky perez .* for a beam$"),
@@ -176,9 +177,17 @@ REFUSED = {
         ({"perez": SPECTRL2}, r"\(spectrum=\) is not used: the light is that of the atmosphere of sky.toml"),
         ({"perez": {"dni": 800.0, "dhi": 90.0}}, "are not used: the light is that of the atmosphere .* --sky pe"),
         ({"weighting": "solid-angle"}, r"\(weighting=\) is not used: the sky is the atmosphere of sky.toml"),
+        ({"azimuth_bins": "n"}, r"--azimuth-bins \(azimuth_bins=\) is not used: the sky is the atmosphere"),
     ],
-    "sun_and_sky": [({"compat": "aomc", "perez": SPECTRL2}, r"does not use --spectrum \(spectrum=\)")],
-    "beam_only": [({"diffuse_only": True}, r"difcol[.]inp., and --diffuse-only \(diffuse_only=True\) leaves")],
+    "night_sky": [({"bins": "degrees"}, r"--bins \(bins=\) is not used: the sky is the backgrounds")],
+    "sun_and_sky": [
+        ({"compat": "aomc", "perez": SPECTRL2}, r"does not use --spectrum \(spectrum=\)"),
+        ({"perez": {"air_mass": "kasten-1966"}}, r"--air-mass .* is not used: the sky is a perez sky"),
+    ],
+    "beam_only": [
+        ({"diffuse_only": True}, r"difcol[.]inp., and --diffuse-only \(diffuse_only=True\) leaves"),
+        ({"within": "uniform"}, r"--within .* not used: all light is direct .difcol.inp., so there is no"),
+    ],
 }  # fmt: skip
 """Scene of inputs/ -> what it cannot use, and what is said."""
 
@@ -187,30 +196,12 @@ REFUSED = {
 def test_what_a_scene_cannot_use(name, options, message):
     if {"weather", "clear_sky"} & options.keys() or options.get("perez") == SPECTRL2:
         pytest.importorskip("pvlib")
+    if name == "night_sky":
+        pytest.importorskip("h5py")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sky.InputWarning)
         with pytest.raises((sky.UsageError, sky.SceneError), match=message):
             sky.read_scene(INPUTS / name, **options)
-
-
-@pytest.mark.parametrize("options", [{"bins": "degrees"}, {"azimuth_bins": "n"}])
-@pytest.mark.parametrize("name", ["perez_sky", "atmosphere_sky", "night_sky"])
-def test_words_on_skydist_are_refused_where_there_is_none(name, options):
-    if name == "night_sky":
-        pytest.importorskip("h5py")
-    (word,) = options
-    skies = {"perez_sky": "a perez sky", "atmosphere_sky": "the atmosphere", "night_sky": "the backgrounds"}
-    said = rf"--{word.replace('_', '-')} \({word}=\) is not used: the sky is {skies[name]}"
-    with pytest.raises(sky.UsageError, match=said):
-        sky.read_scene(INPUTS / name, **options)
-
-
-def test_a_caller_comes_before_difcol():
-    light = {"perez": {"epsilon": 2.0, "delta": 0.1}, "sky": "uniform"}
-    with pytest.warns(sky.InputWarning, match="every waveband has the broadband direct fraction 0.501 of epsilon 2"):
-        scene = sky.read_scene(INPUTS / "perez_sky", **light)
-    assert scene.components[0].strength == pytest.approx([0.500815], abs=1e-6)
-    assert any(note.startswith("difcol.inp: its direct fractions are not used") for note in scene.notes)
 
 
 def test_with_flag_1_a_sky_that_is_asked_for_has_the_beam_of_the_irradiances():
