@@ -117,25 +117,29 @@ _REFUSED = """
 import ctypes, sys
 import aomc_sky as sky
 from aomc_sky.cli.main import main
-scene = sky.read_scene(sys.argv[2], iterations=3000)
-assert ctypes.CDLL(None).fesetround(int(sys.argv[1])) == 0
-for call in (scene.source, lambda: sky.read_scene(sys.argv[2]), lambda: sky.allocate([1.0, 2.0], 3)):
-    try:
-        call()
-    except sky.AomcSkyError as error:
-        print(error)
-print(main(["run", sys.argv[2], "--out", sys.argv[3]]))
+path, out, *modes = sys.argv[1:]
+scene = sky.read_scene(path, iterations=3000)
+calls = scene.source, lambda: sky.read_scene(path), lambda: sky.allocate([1.0, 2.0], 3)
+for mode in map(int, modes):
+    assert ctypes.CDLL(None).fesetround(mode) == 0
+    for call in calls:
+        try:
+            call()
+        except sky.AomcSkyError as error:
+            print(error)
+    print(main(["run", path, "--out", out]))
 """
 
 
-@pytest.mark.parametrize("mode", OTHERS)
-def test_another_rounding_is_refused_with_one_sentence(mode, tmp_path):
+@pytest.mark.skipif(not OTHERS, reason="their numbers are known on two processors")
+def test_another_rounding_is_refused_with_one_sentence(tmp_path):
     scene = str(INPUTS / "document_example" / "amc.inp")
-    command = [sys.executable, "-c", _REFUSED, str(ROUNDING[mode]), scene, str(tmp_path / "out")]
+    modes = [str(ROUNDING[mode]) for mode in OTHERS]
+    command = [sys.executable, "-c", _REFUSED, scene, str(tmp_path / "out"), *modes]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True)
     sentence = "this thread does not round to nearest; call fesetround(FE_TONEAREST) before aomc-sky"
-    assert done.stdout.splitlines() == [*[sentence] * 3, "6"]
-    assert sentence in done.stderr
+    assert done.stdout.splitlines() == [*[sentence] * 3, "6"] * len(OTHERS)
+    assert done.stderr.count(sentence) == len(OTHERS)
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "out").exists()
 

@@ -150,21 +150,3 @@ def test_sasktran2(tmp_path):
         np.testing.assert_allclose(table.values_q, -1e-3, rtol=0.03)
         with pytest.raises(sky.SceneError, match=r"without gaps; .*--isel stokes=0"):
             read(field.isel(los=slice(0, -1)), wavelength_unit="nm")
-
-
-def test_azimuths_that_are_a_plain_variable_are_asked_for():
-    """As most programs write them: no attribute coordinates, so xarray has a variable."""
-    zenith, azimuth = (a.ravel() for a in np.meshgrid(np.linspace(1, 85, 29), np.arange(0.0, 360.0, 6.0)))
-    made = xarray.Dataset(
-        {
-            "radiance": ("dir", radiance(zenith, azimuth, 440.0), {"units": "W m-2 nm-1 sr-1"}),
-            "zenith": ("dir", zenith, {"units": "deg"}),
-            "azi": ("dir", azimuth, {"units": "deg"}),
-        }
-    )
-    with pytest.raises(sky.SceneError, match=r"has 'azi' beside the zenith angles .*--coordinate azimuth=azi"):
-        read(made)
-    table = read(made, azimuth="azi", azimuth_convention="counterclockwise from east")
-    assert table.radiance(1.0, np.deg2rad(100.0), 440.0) == pytest.approx(
-        radiance(np.rad2deg(1.0), 100.0, 440.0), rel=0.02
-    )

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import aomc_sky as sky
-from aomc_sky.cli.main import main
 from aomc_sky.directions import to_enu_azimuth_deg
 from aomc_sky.formats.azimuth import WORDS
 from aomc_sky.skies.witnesses import brightest_note, warn_of_light
@@ -146,15 +145,3 @@ def test_irradiance_of_a_uniform_sky_is_pi_times_its_radiance():
     points = sky.RadianceField.from_points(ZENITH, AZIMUTH, even, is_absolute=True)
     for notes in (sky.TabulatedSky.from_xarray(field_of(OURS, even)).remarks, points.notes(550.0)):
         assert [one.endswith(end) for one in notes if "brightest sky: " in one] == [True]
-
-
-@pytest.mark.parametrize("sun", [("--sun-zenith", "40", "--sun-azimuth", "10"), ()])
-@pytest.mark.parametrize(("words", "place"), [(OURS, "10 (east)"), (NORTH, "80 (north)")])
-def test_the_command_takes_the_sun_and_prints_the_line(words, place, sun, tmp_path, capsys):
-    pytest.importorskip("h5netcdf")
-    field_of(words).to_netcdf(tmp_path / "FIELD.nc", engine="h5netcdf")
-    options = ("--iterations", "1000", "--format", "none", "--wavelengths", "550", "--out", str(tmp_path / "out"))
-    assert main(["run", str(tmp_path / "FIELD.nc"), *sun, *options]) == 0
-    told = capsys.readouterr()
-    assert f"brightest sky: zenith angle 42.5, azimuth {place}; Ed " in told.out
-    assert ("the sun is in the east, at 40" in told.err) == (words == NORTH and bool(sun))

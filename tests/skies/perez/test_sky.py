@@ -206,11 +206,3 @@ def test_functions_give_numbers(zenith, xi, phi, epsilon, delta):
     values[1] = min(values[1], 0)
     assert np.isfinite(perez.relative_radiance(xi, phi, zenith, values))
     assert np.isfinite(perez.horizontal_integral(values, zenith))
-
-
-def test_irradiances_in_kilowatts_are_warned_of():
-    with pytest.warns(ModelLimitWarning) as caught:
-        PerezSky(sun_zenith_deg=40.0, ghi=0.78, dhi=0.14)
-    assert any("irradiances are in W m-2: write 780 for 0.78 kW m-2" in str(warning.message) for warning in caught)
-    with pytest.raises(SceneError, match="write 780"):
-        PerezSky(sun_zenith_deg=40.0, ghi=0.78, dhi=0.14, strict=True)

@@ -23,6 +23,10 @@ def weather(**how):
 
 
 def test_a_named_sky_has_the_plan_of_the_sky_that_is_made(tmp_path, capsys):
+    epsilon, one = {"epsilon": 5.0, "delta": 0.12, **SUN}, {"wavebands": [555.0], "n_photons": 1000}
+    perez = plan_of(sky.weather_scene(**one, **epsilon, diffuse_only=True, polarisation=PATTERN))
+    model = sky.PerezSky(**epsilon, polarisation=PATTERN)
+    assert perez.sha256 == plan_of(sky.Scene(**one, components=model)).sha256
     named, made = {"sky": "cie", "sky_options": {"type": 12}}, sky.CIESky(**SUN, type=12, polarisation=PATTERN)
     plan = plan_of(weather(**named, **SUN, diffuse_only=True, polarisation=PATTERN))
     assert plan.sha256 == plan_of(sky.Scene(wavebands=NM, n_photons=1000, components=made)).sha256
@@ -41,18 +45,6 @@ def test_a_named_sky_has_the_plan_of_the_sky_that_is_made(tmp_path, capsys):
     plain = sky.Plan.load(tmp_path / "b" / "plan.npz")
     assert plain.sha256 == plan_of(weather(**named, **light)).sha256
     assert set(with_beam.members()) == {*plain.members(), "stokes_1"}
-
-
-def test_the_perez_sky(tmp_path):
-    sun = {"epsilon": 5.0, "delta": 0.12, **SUN}
-    light = {"wavebands": [555.0], "n_photons": 1000}
-    plan = plan_of(sky.weather_scene(**light, **sun, diffuse_only=True, polarisation=PATTERN))
-    made = sky.PerezSky(**sun, polarisation=PATTERN)
-    assert plan.sha256 == plan_of(sky.Scene(**light, components=made)).sha256
-    words = "perez --epsilon 5 --delta 0.12 --sun-zenith 40 --sun-azimuth 25 --polarisation 0.6 --wavelengths 555"
-    words += " --iterations 1000 --seed 3 --diffuse-only"
-    assert main([*words.split(), "--out", str(tmp_path / "out")]) == 0
-    assert sky.Plan.load(tmp_path / "out" / "plan.npz").sha256 == plan.sha256
 
 
 def folder(tmp_path, toml, scene="sun_and_sky"):
