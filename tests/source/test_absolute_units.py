@@ -157,25 +157,6 @@ def test_one_brightness_of_two_is_refused(tmp_path):
         sky.read_scene(amc)
 
 
-def test_a_waveband_without_any_brightness_is_dark(tmp_path):
-    amc = copy_scene("sparse_sky", tmp_path)
-    (amc.parent / "sky.toml").write_text(IRRADIANCES.replace("0.4, 0.3, 0.2", "0.4, 0.3, 0.0"))
-    message = r"waveband 3 at .* has no light, 0 W m-2 nm-1"
-    with pytest.raises(SceneError, match=message):
-        sky.read_scene(amc)
-
-
-def test_options_come_before_the_irradiances_of_sky_toml(tmp_path):
-    """Shares of both are of one kind: the first that is said counts, and the others are noted."""
-    amc = copy_scene("perez_sky", tmp_path)
-    (amc.parent / "sky.toml").write_text(IRRADIANCES)
-    (amc.parent / "difcol.inp").unlink()
-    options = sky.read_scene(amc, perez={"ghi": 100.0, "dhi": 100.0, "spectrum": "flat"})
-    assert [c.name for c in options.components] == ["perez"]
-    assert options.irradiance is None
-    assert any("direct_irradiance and diffuse_irradiance are not used" in note for note in options.notes)
-
-
 IRRADIANCES = "[sky]\ndiffuse_irradiance = [0.4, 0.3, 0.2, 0.1]\ndirect_irradiance = [0.1, 0.2, 0.0, 0.9]\n"
 
 

@@ -47,15 +47,6 @@ def test_the_light_is_that_of_spectrl2_on_the_day(hour):
     assert "on that day" in scene.notes[0]
 
 
-def test_without_a_date_the_sun_has_its_mean_distance():
-    scene = sky.weather_scene(wavebands=NM, sun_zenith_deg=40.0, spectrum="spectrl2", sky="uniform")
-    distance = pvlib.irradiance.get_extra_radiation(200, solar_constant=1.0, method="spencer")
-    expected = np.sum(spectrl2(40.0, 200, {**AIR, "aod_500nm": 0.1, "water_cm": 1.4, "ozone_cm": 0.3,
-                                           "pressure_hPa": 1013.25}), axis=0) / distance  # fmt: skip
-    np.testing.assert_allclose(scene.irradiance.of_component.sum(axis=1), expected, rtol=1e-7)
-    assert "at the sun's mean distance" in scene.notes[0]
-
-
 def test_every_entrance_has_it(tmp_path):
     """The same light and aerosol by the command line alone, by options beside amc.inp, by sky.toml and in Python."""
     amc = copy_scene("perez_sky", tmp_path)

@@ -84,27 +84,6 @@ def test_the_disc_has_the_suns_radius(tmp_path):
     assert 0.99 * SOLAR_RADIUS_DEG < angle.max() <= SOLAR_RADIUS_DEG * (1 + 1e-9)
 
 
-@pytest.mark.parametrize(
-    "weather",
-    [
-        {"dni": 850.0, "dhi": 95.0},
-        {"ghi": 850.0 * math.cos(0.5) + 95.0, "dni": 850.0},
-        {"ghi": 850.0 * math.cos(0.5) + 95.0, "dhi": 95.0},
-        {"ghi": 850.0, "dni": 850.0, "dhi": 95.0},
-    ],
-)
-def test_without_difcol_the_irradiances_split_the_light(tmp_path, weather):
-    scene = sky.read_scene(scene_folder(tmp_path), perez=weather | FLAT, sun={"zenith_deg": math.degrees(0.5)})
-    direct = 850.0 * math.cos(0.5)
-    assert scene.n_photons.tolist() == [500_000] * 4
-    counts = scene.source().counts
-    np.testing.assert_allclose(counts[:, 0] / 500_000, direct / (direct + 95.0), rtol=0, atol=1 / 500_000)
-    strengths = [float(c.strength[0]) for c in scene.components]
-    assert strengths[0] / strengths[1] == pytest.approx(direct / 95.0, rel=1e-12)
-    assert "W m-2 (options), the broadband share in every waveband" in scene.notes[0]
-    assert scene.notes[0].endswith(f": direct fraction {direct / (direct + 95.0):g}, the rest from a perez sky")
-
-
 def test_nothing_given_shows_the_lines_to_write(tmp_path):
     folder = scene_folder(tmp_path)
     with pytest.raises(sky.InputFileError) as caught:

@@ -130,7 +130,9 @@ def test_the_caller_comes_first_and_then_the_finest_file(tmp_path):
         np.testing.assert_allclose(light(of_options)[2], of_caller, rtol=1e-12)
         for scene in (of_files, of_options):  # the intensities of difcol.inp stay
             assert scene.n_photons.tolist() == [450_000] * 4
-        assert "difcol.inp: its direct fractions are not used: the light is that of" in " ".join(of_options.notes)
+        said = " ".join(of_options.notes)
+        assert "difcol.inp: its direct fractions are not used: the light is that of" in said
+        assert ("direct_irradiance and diffuse_irradiance are not used" in said) == (files == both)
     (amc.parent / "difcol.inp").unlink()
     (amc.parent / "sky.toml").write_text(toml.replace("[sun]", 'spectrum = "flat"\n[sun]'))
     cosine = np.cos(np.radians(32.4))
