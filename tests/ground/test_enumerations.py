@@ -17,8 +17,8 @@ from tests.support.shared import INPUTS
 from tests.support.signatures import CHOICES, arguments, choices, constructor, public, shown, words_of_enumeration
 from tests.support.type_checker import complaints
 
-SCENE = sky.Scene(wavebands=[500.0], n_photons=10, components="uniform")
 GRID = {"grid": sky.PatchGrid.regular(1, 2), "wavelength_nm": [500.0], "values": np.ones((1, 2))}
+SCENE = sky.Scene(wavebands=[500.0], n_photons=10, components=sky.TabulatedSky(**GRID))
 POINTS = ([0.0, 40.0, 40.0], [0.0, 0.0, 180.0], [1.0, 1.0, 1.0])
 TABLE = sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones((1, 1, 1)))
 FIELD = sky.RadianceField.from_points(*POINTS, is_absolute=False)
@@ -34,7 +34,7 @@ LOOK = {"wavelength_nm": [500.0], "sun_zenith_deg": 170.0, "sky_zenith_deg": [0.
 
 def picture(**words):
     pytest.importorskip("matplotlib")
-    return sky.plot(SCENE, **words)
+    return sky.plot(SCENE, size_px=300, **words)
 
 
 def lobes(reference="diurnal", **words):

@@ -224,7 +224,7 @@ def test_an_almucantar_that_drifts_is_no_sky_of_454_times_the_light():
         assert 0.8 < one.irradiance < 1.4
 
 
-@pytest.mark.parametrize("drift_deg", [0.05, 0.2, 0.38, 0.42])
+@pytest.mark.parametrize("drift_deg", [0.2, *(pytest.param(one, marks=pytest.mark.slow) for one in (0.05, 0.38, 0.42))])
 def test_noise_of_neighbouring_directions_is_no_slope(drift_deg, monkeypatch):
     """Both ends of an almucantar meet, 0.1 degrees apart where it drifts by 0.2; planted: they are not averaged."""
 
