@@ -124,6 +124,11 @@ def outcome(which, value):
         return None, str(error)
 
 
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
 def test_every_choice_is_a_literal():
     texts = {which for which, text in arguments().items() if re.search(r"(^|\| )str\b", text)}
     assert {(called, name) for called, name in texts if name not in OPEN} == RESULTS
@@ -132,8 +137,7 @@ def test_every_choice_is_a_literal():
 
 
 @pytest.mark.parametrize("which", sorted(WORDS), ids=".".join)
-def test_words_of_a_literal_are_those_that_the_function_knows(which, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_words_of_a_literal_are_those_that_the_function_knows(which, tmp_path):
     words, wrong = WORDS[which], WRONG.get(which[0], "nothing")
     message = outcome(which, wrong)[1]
     if which[1] == "azimuth_convention":
@@ -145,8 +149,7 @@ def test_words_of_a_literal_are_those_that_the_function_knows(which, tmp_path, m
 
 @pytest.mark.filterwarnings("ignore::aomc_sky.InputWarning", "ignore::aomc_sky.ModelLimitWarning")
 @pytest.mark.parametrize("which", sorted(WORDS), ids=".".join)
-def test_every_word_of_a_literal_is_taken(which, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_every_word_of_a_literal_is_taken(which):
     wrong = WRONG.get(which[0], "nothing")
     message = outcome(which, wrong)[1]
     for word in WORDS[which]:  # some go with other arguments, and other messages say so
@@ -162,8 +165,7 @@ def test_formats_of_a_run_are_those_of_photons_and_the_source():
 
 
 @pytest.mark.parametrize("which", sorted(ARGUMENTS), ids=".".join)
-def test_what_is_no_member_is_refused(which, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_what_is_no_member_is_refused(which, tmp_path):
     for wrong in ("nothing", 99, 1.5, b"up", ["up"]):
         assert outcome(which, wrong)[1]
     assert not list(tmp_path.iterdir())
@@ -171,8 +173,7 @@ def test_what_is_no_member_is_refused(which, tmp_path, monkeypatch):
 
 @pytest.mark.filterwarnings("ignore::aomc_sky.InputWarning")
 @pytest.mark.parametrize("which", sorted(set(MEMBERS) - BY_NUMBER), ids=".".join)
-def test_words_are_members(which, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_words_are_members(which):
     for member in MEMBERS[which]:
         word = member.value if isinstance(member.value, str) else member.name.lower()
         expected, message = outcome(which, member)

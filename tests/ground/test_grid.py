@@ -52,11 +52,7 @@ def test_index_and_patch_belong_together():
 @pytest.mark.parametrize(
     ("rings", "columns", "words"),
     [
-        (
-            [[0, 90]],
-            [[0, 180], [90, 270]],
-            "azimuth_bounds_deg must rise and not overlap, got 0 to 180 bef",
-        ),
+        ([[0, 90]], [[0, 180], [90, 270]], "azimuth_bounds_deg must rise and not overlap, got 0 to 180 bef"),
         ([[0, 90]], [[180, 360], [0, 180]], "must rise and not overlap"),
         ([[0, 90]], [[0, 400]], "must not pass a whole turn, got 0 to 400"),
         ([[0, 50], [45, 90]], [[0, 360]], "zenith_bounds_deg must rise and not overlap, got 0 to 50 before 45 to 90"),

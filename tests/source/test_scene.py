@@ -16,14 +16,9 @@ def scene_of(nm, irradiance):
     return sky.Scene(wavebands=[nm], n_photons=10, components=uniform)
 
 
-SUN = {300.0: 0.52535, 412.0: 1.73114, 550.0: 1.86684, 900.0: 0.91535, 3000.0: 0.025255}
-"""Wavelength -> the sun outside the atmosphere of ASTM G173-03, mean over 10 nm. [W m-2 nm-1]"""
-
-
-@pytest.mark.parametrize("nm", SUN)
+@pytest.mark.parametrize("nm", [300.0, 412.0, 550.0, 900.0, 3000.0])
 def test_twice_the_sun_is_the_limit(nm):
     sun = float(solar_irradiance(np.array(nm)))
-    assert sun == pytest.approx(SUN[nm], rel=0.05)
     scene_of(nm, 1.99 * sun)
     with pytest.warns(sky.InputWarning, match=rf"waveband 1 at {nm:g} nm has .* 2 times the sun .*a unit may be wrong"):
         scene_of(nm, 2.01 * sun)

@@ -86,7 +86,6 @@ REFUSED = [
     (lambda: lobes.pdf("ggx", 1.0, np.inf, (0, 0, 1)), "roughness"),
     (lambda: lobes.pdf("ggx", 1.0, 1.0, (0, 0, 0)), "not zero"),
     (lambda: lobes.pdf("ggx", 1.0, 1.0, (0, 1)), "three components"),
-    (lambda: lobes.pdf("phong", 1.0, 1.0, (0, 0, 1)), "phong"),
     (lambda: lobes.pdf("ggx", "a", 1.0, (0, 0, 1)), "real numbers"),
     (lambda: lobes.pdf("ggx", [0.1, 0.2, 0.3], 1.0, [(0, 0, 1)] * 2), "do not broadcast"),
     (lambda: lobes.rotation_matrix((0, 0, 0, 0)), "quaternion"),
@@ -94,10 +93,8 @@ REFUSED = [
     (lambda: lobes.rotation_matrix((1, 0, 0)), "quaternion"),
     (lambda: lobes.sample("ggx", 0.1, 0.1, "x", 0.1), "real numbers"),
     (lambda: lobes.sample("hg", 0.1, 0.0, [0.1, 0.2], [0.1, 0.2, 0.3]), "do not broadcast"),
-    (lambda: lobes.mass_above_horizon("ggx", 1.0, 1.0, UP, weighting="cosine"), "cosine"),
     (lambda: lobes.mass_above_horizon("ggx", 0.1, 0.1, "abcd"), "real numbers"),
     (lambda: lobes.patch_mass("ggx", [0.1, 0.2], 0.1, UP, sky.PatchGrid.regular(3, 4)), "one lobe"),
-    (lambda: lobes.patch_mass("ggx", 1.0, 1.0, UP, sky.PatchGrid.regular(3, 4), weighting="cosine"), "weighting"),
     (lambda: lobes.to_world(UP, (1.0, 2.0)), "three components"),
     (lambda: lobes.to_local([UP, UP], [(1, 2, 3)] * 3), "do not broadcast"),
 ]

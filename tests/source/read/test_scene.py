@@ -168,7 +168,7 @@ REFUSED = {
         ({"weather": NOON}, r"\(longitude_deg=\) are not used: the scene has no beam; write --sky perez"),
     ],
     "sparse_sky": [
-        ({"compat": "aomc", "bins": "equal"}, "aomc"), ({"bins": "radians"}, "bins"),
+        ({"compat": "aomc", "bins": "equal"}, "aomc"),
         ({"weighting": "aomc"}, "weighting"),
         ({"sky": "uniform", "weighting": "aomc"}, "a uniform sky has 'projected' or 'solid-angle'"),
         ({"bins": "degrees", "azimuth_bins": "n"}, "bins"), ({"wavebands": [0]}, "waveband 0"),

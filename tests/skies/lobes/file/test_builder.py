@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError
 from aomc_sky.skies.lobes.file.data import ReferenceType, axis_quaternion
 from aomc_sky.skies.lobes.lobe import rotation_matrix
 
@@ -68,10 +68,6 @@ def test_a_file_of_lobes_is_read_back(tmp_path):
 
 def test_what_cannot_be_built_is_refused():
     good = sky.SkyLobe(kind="hg", width=0.5, spectrum=SPECTRUM)
-    with pytest.raises(UsageError, match="'hg', 'ggx', 'beckmann', got 'phong'"):
-        sky.background_of_lobes({"a": sky.SkyLobe(kind="phong", width=1.0, spectrum=SPECTRUM)}, WAVELENGTH)
-    with pytest.raises(UsageError, match="'absolute', 'diurnal', 'hebdomadal', got 'weekly'"):
-        sky.background_of_lobes({"a": good}, WAVELENGTH, reference="weekly")
     with pytest.raises(SceneError, match="'a': a spectrum of shape \\(3,\\) for 2 wavelengths"):
         sky.background_of_lobes({"a": good}, WAVELENGTH[:2])
     with pytest.raises(SceneError, match="'b' has no lobe"):
