@@ -165,14 +165,6 @@ def test_a_sky_file_leaves_sky_toml_alone_and_says_so(tmp_path):
         assert "sky_toml" not in sky.read_scene(folder, compat="aomc").input_files
 
 
-def test_a_sky_without_light_beside_difcol_is_refused(tmp_path):
-    folder = scene_folder(tmp_path, toml="[perez]\ndni = 850.0\ndhi = 0.0\n", difcol=DIFCOL)
-    with pytest.raises(sky.SceneError, match="no light for the sky"):
-        sky.read_scene(folder)
-    beam = sky.read_scene(folder, perez={"dni": 850.0, "dhi": 0.0})  # a caller comes before difcol.inp
-    assert [c.name for c in beam.components] == ["direct"]
-
-
 @pytest.mark.parametrize("name", [None, "uniform", "overcast"])
 def test_a_beam_beside_a_sky_file_is_launched_where_it_is_asked_for(name):
     alone = sky.read_scene(INPUTS / "document_example", sky=name)

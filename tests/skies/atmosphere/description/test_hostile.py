@@ -1,11 +1,5 @@
 """Descriptions and tables made to hurt: an answer for each, at little cost."""
 
-import os
-
-import pytest
-
-from aomc_sky.errors import AomcSkyError
-from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from tests.support.limits import answers_within_limits
 from tests.support.shared import DATA
 
@@ -94,12 +88,3 @@ def test_each_gets_an_answer(tmp_path):
     assert len(paths) == len(TEXTS) + 2
     found = {path.stem: answers_within_limits(READERS, path) for path in paths}
     assert {name: answer for name, answer in found.items() if not name.endswith(f"_{answer[0]}")} == {}
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
-def test_a_table_without_permission_is_told(tmp_path):
-    (tmp_path / "t.csv").write_text("300,1\n900,1\n")
-    (tmp_path / "t.csv").chmod(0)
-    (tmp_path / "x.atmo").write_text(with_sun("file t.csv"))
-    with pytest.raises(AomcSkyError, match=r"t\.csv"):
-        read_atmo(tmp_path / "x.atmo")
