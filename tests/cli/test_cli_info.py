@@ -2,8 +2,6 @@
 
 import json
 import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -12,7 +10,7 @@ import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.cli.main import main
 from tests.support.background import LOBES, plain_file
-from tests.support.scenes import copy_scene, manifest_of
+from tests.support.processes import limited
 from tests.support.shared import DATA, INPUTS
 
 NIGHT = DATA / "background/good/three_keys.h5"
@@ -20,26 +18,15 @@ NIGHT = DATA / "background/good/three_keys.h5"
 
 def test_info_lists_animations_keys_and_spectra(told):
     pytest.importorskip("h5py")
-    text = told("info", NIGHT).out
-    assert text.startswith(f"background-sky file {NIGHT}, 1 animation with 3 keys\nname: sky\nauthor: Grüße\n")
-    lines = text.splitlines()
-    start = lines.index("animation a, 3 keys")
-    assert lines[start + 1] == "reference: diurnal"
-    start = next(k for k, line in enumerate(lines) if line.split()[-1:] == ["curve"])
-    assert [line.split() for line in lines[start + 1 : start + 4]] == [
-        ["0", "hg", "0.5", "0", "0.25", "w", "1", "x", "0", "y", "0", "z", "0", "1"],
-        ["0.25", "ggx", "0.25", "1.5", "1", "w", "0.5", "x", "-0.5", "y", "0.5", "z", "0.5", "0"],
-        ["1", "beckmann", "0.375", "2", "0", "w", "0", "x", "0", "y", "0", "z", "-1", "1"],
-    ]
+    lines = told("info", NIGHT).out.splitlines()
+    assert lines[0] == f"background-sky file {NIGHT}, 1 animation with 3 keys"
+    assert "author: Grüße" in lines
     assert "2 curves [W m-2 nm-1] at 3 wavelengths, 500 to 750 nm" in lines
-    assert lines[-1].split() == ["4e-08", "10", "1250"]
     facts = json.loads(told("info", "--json", NIGHT).out)
-    assert (facts["format"], facts["info"]["format_version"]) == ("background sky", 1)
-    assert facts["wavelength_nm"] == [500.0, 625.0, 750.0]
     keys = facts["animations"]["a"]["keys"]
     assert [key["type"] for key in keys] == ["hg", "ggx", "beckmann"]
     assert keys[1]["quaternion"] == [0.5, -0.5, 0.5, 0.5]
-    assert facts["curves"][1]["greatest"] == 10.0
+    assert (facts["wavelength_nm"], facts["curves"][1]["greatest"]) == ([500.0, 625.0, 750.0], 10.0)
 
 
 def test_long_names_and_lists_are_cut(tmp_path, told):
@@ -61,19 +48,11 @@ MARS = INPUTS / "atmosphere" / "mars_like.atmo"
 def test_info_prints_what_an_atmosphere_contains(told):
     lines = told("info", MARS).out.splitlines()
     assert lines[0] == f"atmosphere description {MARS}"
-    assert {"earth radius m: 3.3895e+06", "earth sun distance m: 2.27987e+11", "scattering orders: 15"} <= set(lines)
-    dust, formulas = (line.split() for line in lines if line.startswith("dust "))  # a table in two blocks
-    assert dust[:10] == ["dust", "32", "1.4e-11", "0", "400", "nm", "0.73", "...", "720", "nm"]
-    assert "if(altitude" in formulas
-    assert "achromatic" in dust
+    assert "scattering orders: 15" in lines
     assert lines[-9].split() == ["nm", "irradiance", "albedo", "co2", "dust", "co2", "dust"]
-    assert [float(word) for word in lines[-8].split()][:3] == [400.0, 0.61096, 0.05]
     found = json.loads(told("info", MARS, "--json").out)
     assert [line for line in lines if line.startswith("note: ")] == [f"note: {found['notes'][0]}"]
-    assert found["notes"][0].startswith('the file says "spectra/sun_astm_g173.csv: Irradiance of the sun outside')
-    assert (found["format"], found["scattering_orders"]) == ("atmosphere description", 15)
     assert [part["name"] for part in found["scatterers"]] == ["co2", "dust"]
-    assert found["scatterers"][1]["needs_interpolation_guides"]
     # p / (m g) of the gas times its cross section, by hand: 610 Pa / (43.3 u 3.72 m s-2) 1.053e-31 m2 0.4^-4
     column = 610 / (43.3 * 1.66054e-27 * 3.72)
     assert found["optical_depth"]["co2"][0] == pytest.approx(column * 1.053e-31 * 0.4**-4, rel=1e-3)
@@ -98,25 +77,20 @@ def test_info_prints_the_folder_of_the_header(told):
 
 
 def test_info_of_a_scene_and_of_a_run(amc, tmp_path, told):
-    text = told("info", amc.parent).out
-    assert "skydist.inp" in text
-    assert "lambbot.inp" in text
+    assert "skydist.inp" in told("info", amc.parent).out
     assert len(json.loads(told("info", amc, "--json").out)["wavebands"]) == 3
     out = tmp_path / "out"
-    assert main(["run", str(amc), "--iterations", "1e3", "--seed", "77", "--out", str(out), "-q"]) == 0
-    text = told("info", out).out
-    assert "seed 77" in text
-    assert "photons-0003.npy" in text
+    told("run", amc, "--iterations", 1000, "--seed", 77, "--out", out, "-q")
+    assert "seed 77" in told("info", out).out
     assert json.loads(told("info", out, "--json").out) == json.loads((out / "manifest.json").read_text())
 
 
 def test_file_names_need_not_be_text(amc, tmp_path):
     folder = os.fsencode(tmp_path) + b"/sc\xffne"
     os.rename(amc.parent, folder)
-    for command in (b"info", b"validate"):
-        words = [sys.executable, b"-m", b"aomc_sky", command, folder]
-        done = subprocess.run(words, capture_output=True, timeout=60, check=False)
-        assert done.returncode == 0, done.stderr
+    for name in ("info", "validate"):
+        done = limited(tmp_path, name, os.fsdecode(folder))
+        assert done.code == 0, done.err
 
 
 CITY = INPUTS / "night_sky" / "night.h5"
@@ -130,8 +104,7 @@ def test_values_are_those_of_the_python_names(told):
     pytest.importorskip("h5py")
     found = json.loads(told("info", CITY, *WHEN, *SOME, "--json").out)
     background = sky.read_background(CITY, utc_offset_h=1.0)
-    assert found["unix_time_s"] == UNIX
-    assert found["wavelength_nm"] == [440.0, 550.0]
+    assert (found["unix_time_s"], found["wavelength_nm"]) == (UNIX, SOME_NM)
     assert [lobe["name"] for lobe in found["lobes"]] == ["airglow", "city", "starlight"]
     for above, name in (("sphere", "sphere_W_m2_nm"), ("projected", "irradiance_W_m2_nm")):
         for lobe in found["lobes"]:
@@ -160,27 +133,3 @@ def test_animations_files_and_keys(tmp_path, told):
     assert names(CITY, *WHEN, "--animation", "city", "--animation", "airglow") == ["city", "airglow"]
     assert names(other, "--time", 43200) == ["moving:0", "moving:1"]
     assert names(other, "--time", 43200, "--interpolation", "slerp") == ["moving"]
-
-
-def test_a_night_that_is_run_validated_and_shown(tmp_path, told):
-    pytest.importorskip("h5py")
-    amc = copy_scene("night_sky", tmp_path)
-    out = tmp_path / "out"
-    assert main(["validate", str(amc.parent)]) == 0
-    dry = told("run", amc, "--dry-run").out
-    assert "not modelled: sun and sky (the backgrounds are the only source)" in dry
-    assert "absolute: 8.065e-09 to 2.431e-08 W m-2 nm-1" in dry
-    text = told("run", amc, "--iterations", "400", "--out", out).out
-    assert "irradiance of the horizontal plane, W m-2 nm-1" in text
-    shown = told("info", out).out
-    table = text[text.index("irradiance of the horizontal") : text.index("\n\n2000 photons")]
-    assert table in shown
-    manifest = manifest_of(out)
-    assert manifest["inputs"]["background_1"]["name"] == "night.h5"
-    scene = sky.read_scene(amc)
-    for band, row, loss in zip(
-        manifest["bands"], scene.irradiance.of_component, scene.irradiance.horizon_loss, strict=True
-    ):
-        assert list(band["component_irradiance_W_m2_nm"].values()) == row.tolist()
-        assert band["irradiance_W_m2_nm"] == pytest.approx(row.sum(), rel=1e-15)
-        assert band["horizon_loss"] == loss

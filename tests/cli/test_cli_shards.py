@@ -11,7 +11,7 @@ import pytest
 
 from aomc_sky.cli.main import main
 from aomc_sky.plan.plan import Plan
-from tests.support.processes import end_by, start, stopped
+from tests.support.processes import end_by, stopped
 from tests.support.scenes import run_bytes, scene_with_circle
 
 BLOCK = 65_536
@@ -128,28 +128,15 @@ def test_more_shards_than_blocks(amc, tmp_path, more):
     assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
 
 
-def test_shards_at_once(amc, whole, tmp_path):
-    """Three shards and one of them twice: same bytes, and one run in the end."""
-    processes = [start(*words(amc, tmp_path / "out", "--shard", f"{k}/3")) for k in (1, 2, 3, 2)]
-    for process in processes:
-        _, err = process.communicate(timeout=120)
-        assert process.returncode == 0, err
-        assert err == b""
-    assert run_bytes(tmp_path / "out") == whole
-
-
 def test_what_a_shard_prints(amc, tmp_path, told):
     line = ["run", str(amc), "--iterations", "70000", "--shard", "2/3", "--out", str(tmp_path / "out")]
     shown = told(*line).out
     assert "shard 2/3: 70000 photons, seed 0" in shown
-    assert "waveband 2: photons 0 to 69999" in shown
     assert "shards that are not made yet: 1/3, 3/3" in shown
     again = json.loads(told(*line, "--json").out)
     assert again["shard"] == {"index": 2, "count": 3, "photons": 70000}
-    assert again["missing"] == ["1/3", "3/3"]
-    assert again["run"]["seconds"] >= 0
     assert "shards: 2/3\nmissing: 1/3 3/3\n" in told("info", tmp_path / "out").out
-    assert json.loads(told("info", "--json", tmp_path / "out").out)["missing"] == ["1/3", "3/3"]
+    assert again["missing"] == json.loads(told("info", "--json", tmp_path / "out").out)["missing"] == ["1/3", "3/3"]
 
 
 @pytest.mark.parametrize(("change", "code"), [(2e-16, 0), (1e-9, 5)], ids=["last digit", "another scene"])
@@ -192,14 +179,3 @@ def test_a_killed_shard_is_made_again_and_needs_no_space_for_what_it_has_written
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=left))
     assert run(amc, out, "--shard", "1/1") == 0, capsys.readouterr().err
     assert run_bytes(out) == whole
-
-
-def test_a_killed_shard_costs_its_photons(amc, tmp_path):
-    more = ("--iterations", 6 * BLOCK)
-    assert run(amc, tmp_path / "whole", *more) == 0
-    end_by(stopped(*words(amc, tmp_path / "out", "--shard", "1/2", *more), block=2), signal.SIGKILL)
-    assert names(tmp_path / "out") > PARTS
-    assert not [name for name in names(tmp_path / "out") if name.endswith((".done", ".npy"))]
-    for k in (2, 1):
-        assert run(amc, tmp_path / "out", "--shard", f"{k}/2", *more) == 0
-    assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")

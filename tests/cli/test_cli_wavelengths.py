@@ -27,9 +27,7 @@ def parsed(command, words):
 
 
 @pytest.mark.parametrize(("command", "flag"), lists())
-@pytest.mark.parametrize(
-    "form", ["443.5 555", "'443.5 555'", "443.5,555", "443.5, 555", "443.5 ,555", "443.5,555,", "4.435e2 555"]
-)
+@pytest.mark.parametrize("form", ["443.5 555", "'443.5 555'", "443.5, 555", "443.5 ,555", "443.5,555,", "4.435e2 555"])
 def test_blanks_and_commas(command, flag, form):
     rest = shlex.join(NEEDED[command])
     assert parsed(command, f"{rest} {flag} {form}") == [443.5, 555.0]
@@ -54,27 +52,18 @@ def test_a_file_stands_before_the_list(tmp_path, monkeypatch):
             build_parser(["run"]).parse_args(["run", "--wavelengths", "443", "555", name])
         arguments = build_parser(["run"]).parse_args(["run", name, "--wavelengths", "443", "555"])
         assert (arguments.wavelengths, arguments.amc_inp) == ([443.0, 555.0], name)
-
-
-def test_a_number_is_a_wavelength_whatever_lies_in_the_folder(tmp_path, monkeypatch):
-    """A run with --out 555 has left a folder of that name."""
-    monkeypatch.chdir(tmp_path)
-    for name in ("443", "555", "555,", "6.7e2"):
-        (tmp_path / name).mkdir()
+    (tmp_path / "555").mkdir()  # of a run with --out 555
     assert parsed("run", "--wavelengths 443 555 6.7e2") == [443.0, 555.0, 670.0]
-    assert parsed("run", "--wavelengths 443, 555, 670") == [443.0, 555.0, 670.0]
 
 
 @pytest.mark.parametrize(
     ("form", "text"),
     [
-        ("412,5", "decimals follow a point"), ("412 50", "decimals follow a point"), ("0.443 0.555", "write 443"),
-        ("443 -5", "positive wavelengths"), ("443 5O5", "got '5O5'"), (",", "positive wavelengths"),
-        ("440,,550", "no wavelength stands before a comma"), ("440 , , 550", "no wavelength stands before a comma"),
-        (",440", "no wavelength stands before a comma"), ("440,550,,", "no wavelength stands before a comma"),
-        ("blue", "got 'blue'"), ("", "expected"), ("400:700", "START:END:STEP"), ("700:400:10", "END not below START"),
-        ("400:700:0", "STEP above 0"), ("0.4:0.7:0.1", "write 700"), ("400:700:0.01", "30001 numbers"),
-        ("400::10", "got ''"), ("400:700:10:2", "START:END:STEP"), ("nan:700:10", "got 'nan'"),
+        ("412,5", "decimals follow a point"), ("0.443 0.555", "write 443"), ("443 -5", "positive wavelengths"),
+        ("443 5O5", "got '5O5'"), (",", "positive wavelengths"), ("440 , , 550", "before a comma"),
+        (",440", "before a comma"), ("440,550,,", "before a comma"), ("", "expected"), ("400:700", "START:END:STEP"),
+        ("700:400:10", "END not below START"), ("400:700:0", "STEP above 0"), ("0.4:0.7:0.1", "write 700"),
+        ("400:700:0.01", "30001 numbers"), ("400::10", "got ''"), ("nan:700:10", "got 'nan'"),
     ],
 )  # fmt: skip
 def test_what_is_no_list_of_wavelengths(form, text):

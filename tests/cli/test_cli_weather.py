@@ -7,7 +7,7 @@ import pytest
 
 import aomc_sky as sky
 from tests.support.fault_rows import command
-from tests.support.scenes import copy_scene, manifest_of, run_bytes
+from tests.support.scenes import copy_scene, manifest_of
 from tests.support.shared import INPUTS
 
 EPW = INPUTS / "weather" / "two_days.epw"
@@ -36,13 +36,10 @@ def test_run_and_perez_see_one_sky(amc, told):
         assert other["weather"] == one["source"]
 
 
-def test_a_run_says_what_the_weather_replaced(amc, tmp_path, told):
+def test_commands_of_a_scene_take_a_row_of_weather(amc, tmp_path, told):
     pytest.importorskip("pvlib")
     out, words = tmp_path / "out", (*ROW, "--spectrum", "flat")
-    shown = told("run", amc, *words, "--iterations", 1000, "--out", out).out
-    assert "is not used: the sun is at 29.8841 and 288.0579 (two_days.epw, row 12)" in shown
-    light = "the light is that of dni 496 and dhi 281 W m-2 (two_days.epw, row 12)"
-    assert f"note: sky.toml: [perez] is not used: {light}" in shown
+    told("run", amc, *words, "--iterations", 1000, "--out", out)
     manifest = manifest_of(out)
     assert manifest["inputs"]["weather"]["name"] == "two_days.epw"
     assert manifest["options"]["scene"]["weather"]["row"] == 12
@@ -55,7 +52,6 @@ def test_photons_of_one_sky(tmp_path, told):
     out = tmp_path / "sky"
     words = ("perez", *CLEAR, *SMALL, "--diffuse-only", "--out", out, "--seed")
     shown = told(*words, 4).out
-    assert "dni: 850\ndhi: 95\n" in shown
     assert "20000 photons in 1 wavebands, seed 4" in shown
     manifest = manifest_of(out)
     assert (manifest["total"], manifest["components"], manifest["seed"]) == (20_000, ["perez"], 4)
@@ -64,21 +60,14 @@ def test_photons_of_one_sky(tmp_path, told):
     scene = sky.Scene(wavebands=[550.0], n_photons=20_000, components=model)
     assert np.array_equal(np.load(out / "photons-0001.npy"), scene.source(seed=4).photons().directions)
     assert command("verify", out, "-q") == 0
-    assert command("info", out, "--json") == 0
-    assert command("export", out, "--to", "csv", "--out", tmp_path / "csv") == 0
-    assert "finished before" in told(*words, 4).out
     told(*words, 5, code=5)
     assert json.loads(told(*words, 5, "--force", "--json").out)["run"]["seed"] == 5
 
 
-def test_photons_of_sky_and_beam(tmp_path, told, capsys):
+def test_photons_of_sky_and_beam(tmp_path, told):
     out = tmp_path / "both"
     words = (*CLEAR, *SMALL, "--with-beam", "--sun-azimuth", 70, "--format", "mcpl", "--format", "npy", "--out", out)
     run = json.loads(told("perez", *words, "--json").out)["run"]
-    assert not any("missing" in note for note in run["notes"])
-    assert command("perez", *CLEAR, *SMALL, "--diffuse-only", "--out", tmp_path / "sky") == 0
-    missing = "note: the direct beam of the sun, 0.8727 of the light, is left out (dni 850 and dhi 95 W m-2 (options))"
-    assert missing in capsys.readouterr().out.splitlines()
     beam = 850 * np.cos(np.deg2rad(40.0))
     photons = np.load(out / "photons-0001.npy")
     axis = -np.array([np.sin(np.deg2rad(40)) * f(np.deg2rad(70)) for f in (np.cos, np.sin)] + [np.cos(np.deg2rad(40))])
@@ -91,21 +80,6 @@ def test_photons_of_sky_and_beam(tmp_path, told, capsys):
 
 def run(*words):
     return command("run", "--wavelengths", 443, 555, "--iterations", 20_000, *words)
-
-
-HARRISON = ("--sky", "harrison-coombes", "--sun-zenith", "40")
-
-
-def test_a_sky_whose_sun_is_lost_says_so(tmp_path, capsys):
-    """Version 0.3 launched a clear sky without its sun, two thirds of the light, and no word."""
-    assert run(*HARRISON, "--out", tmp_path / "one", "-q") == 0
-    assert "the direct beam of the sun is missing" in capsys.readouterr().err
-    assert run(*HARRISON, "--diffuse-only", "--out", tmp_path / "two", "-q") == 0
-    assert capsys.readouterr().err == ""
-    one, two = (np.load(tmp_path / name / "photons-0001.npy") for name in ("one", "two"))
-    assert np.array_equal(one, two)
-    assert run("--sky", "overcast", "--sun-zenith", "40", "--out", tmp_path / "three", "-q") == 0  # no need of a sun
-    assert "beam of the sun is missing" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -128,17 +102,3 @@ def test_the_folder_of_a_sky_alone(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
     assert run("--sky", "overcast", "-q") == 0
     assert (tmp_path / "aomc-sky-out" / "manifest.json").is_file()
-
-
-def test_photons_of_an_hour_are_those_of_its_numbers(tmp_path, told):
-    pytest.importorskip("pvlib")
-    shown = json.loads(told("perez", *ROW, *SMALL, "--with-beam", "--out", tmp_path / "hour", "--json").out)
-    manifest = json.loads((tmp_path / "hour" / "manifest.json").read_text())
-    assert manifest["inputs"]["weather"]["name"] == "two_days.epw"
-    numbers = ("--sun-zenith", repr(shown["sun_zenith_deg"]), "--sun-azimuth", repr(shown["sun_azimuth_deg"]))
-    numbers += ("--dni", 496, "--dhi", 281, "--extraterrestrial", repr(shown["extraterrestrial_normal"]))
-    assert command("perez", *numbers, *SMALL, "--with-beam", "--out", tmp_path / "numbers", "-q") == 0
-    one, two = run_bytes(tmp_path / "hour"), run_bytes(tmp_path / "numbers")
-    assert {name for name in one if one[name] != two[name]} == {"manifest.json", "plan.npz"}  # both name the scene
-    plans = [sky.Plan.load(tmp_path / name / "plan.npz") for name in ("hour", "numbers")]
-    assert plans[0].sha256 == plans[1].sha256

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support import hdf5_damage
-from tests.support.fault_rows import command, row, row_id
+from tests.support.fault_rows import check_places, command, row, row_id
 from tests.support.fields import field_of
 from tests.support.hdf5_damage import cut, empty, random_bytes, random_bytes_behind_the_signature
 from tests.support.processes import limited
@@ -33,15 +33,13 @@ def large_axis(file):
     file.create_dataset("zenith", shape=(10**12,), dtype="f8", chunks=(1000,))
 
 
-ELSEWHERE = "the data of 'radiance' are in another file or place"
 MADE = {
-    # name: (what is done to a good file, how the message of E553 begins)
-    "netcdf-external-storage": (partial(hdf5_damage.external_storage, **DATASET), ELSEWHERE),
-    "netcdf-external-link": (partial(hdf5_damage.external_link, **DATASET), ELSEWHERE),
-    "netcdf-virtual-dataset": (partial(hdf5_damage.virtual, **DATASET), ELSEWHERE),
-    "netcdf-sparse-1e15": (SPARSE, "a field of "),
-    "netcdf-gzip-bomb": (BOMB, "a compressed chunk holds more bytes than it declares"),
-    "netcdf-axis-1e12": (large_axis, "an axis of 8000000000000 bytes is declared"),
+    "netcdf-external-storage": partial(hdf5_damage.external_storage, **DATASET),
+    "netcdf-external-link": partial(hdf5_damage.external_link, **DATASET),
+    "netcdf-virtual-dataset": partial(hdf5_damage.virtual, **DATASET),
+    "netcdf-sparse-1e15": SPARSE,
+    "netcdf-gzip-bomb": BOMB,
+    "netcdf-axis-1e12": large_axis,
 }
 
 
@@ -55,18 +53,15 @@ def scene(folder, toml='[sky]\ntable = "x.nc"\n'):
 @pytest.mark.parametrize("name", [*MADE, *(f"plot-{name}" for name in MADE)], ids=lambda name: row_id(40, name))
 def test_fault(name, tmp_path, monkeypatch, told):
     """A picture opens no other file: that of an atmosphere is drawn by its name, and its storage is looked at."""
-    change, words = MADE[name.removeprefix("plot-")]
     monkeypatch.chdir(tmp_path)
     hdf5_damage.write_secrets(DATASET["shape"])
     with h5py.File(scene(tmp_path), "a") as file:
         if name.startswith("plot-"):
             for axis, at in (("zenith", np.arange(0.0, 91.0, 30.0)), ("azimuth", np.arange(0.0, 361.0, 60.0))):
                 file[f"{axis}_bounds"] = np.stack([at[:-1], at[1:]], axis=1)
-        change(file)
+        MADE[name.removeprefix("plot-")](file)
     wrong = ("plot", "x.nc", "--out", "x.png") if name.startswith("plot-") else ("validate", "sky.toml")
-    said = told(*wrong, code=3).err
-    assert "x.nc: error[E553" in said
-    assert words in said
+    assert "x.nc: error[E553" in told(*wrong, code=3).err
     assert not Path("x.png").exists()
 
 
@@ -134,39 +129,36 @@ def test_memory(fault, tmp_path):
 
 
 WRONG = {
-    # name: (what is done to a good field, text behind the table, the span that is named, words of the message)
-    "no zenith": (lambda f: f.rename(zenith="up"), "", "2:9", "the field has no coordinate zenith among"),
-    "name": (lambda f: f, 'zenith = "vza"\n', "3:10", "the field has no coordinate 'vza'"),
-    "variable": (lambda f: f, 'variable = "sky"\n', "3:12", "no variable 'sky' of numbers; it has 'radiance'"),
-    "dimension": (lambda f: f, "isel = { stokes = 0 }\n", "3:8", "no dimension 'stokes'; it has 'zenith', 'azimuth'"),
-    "index": (lambda f: f.expand_dims(s=2), "isel = { s = 2 }\n", "3:8", "dimension 's' has indices 0 to 1, not 2"),
-    "no wavelengths": (lambda f: f.expand_dims(wavelength=[5.0]).isel(wavelength=slice(0)), "", "2:9", "has length 0"),
+    # name: (what is done to a good field, text behind the table, the span that is named)
+    "no zenith": (lambda f: f.rename(zenith="up"), "", "2:9"),
+    "name": (lambda f: f, 'zenith = "vza"\n', "3:10"),
+    "variable": (lambda f: f, 'variable = "sky"\n', "3:12"),
+    "dimension": (lambda f: f, "isel = { stokes = 0 }\n", "3:8"),
+    "index": (lambda f: f.expand_dims(s=2), "isel = { s = 2 }\n", "3:8"),
+    "no wavelengths": (lambda f: f.expand_dims(wavelength=[5.0]).isel(wavelength=slice(0)), "", "2:9"),
 }
 
 
 @row(40, *(f"netcdf-{name}" for name in WRONG))
 def test_a_file_that_is_no_sky_is_an_error_of_the_key(fault, tmp_path, monkeypatch, told):
-    change, more, span, words = WRONG[fault.removeprefix("netcdf-")]
+    change, more, span = WRONG[fault.removeprefix("netcdf-")]
     monkeypatch.chdir(tmp_path)
     path = scene(tmp_path, f'[sky]\ntable = "x.nc"\n{more}')
     made = change(xarray.load_dataarray(path))
     path.unlink()
     made.to_netcdf(path, engine="h5netcdf")
     said = told("run", "amc.inp", "--out", "out", code=3).err
-    assert said.startswith(f"sky.toml:{span}: error[E710]: "), said
-    assert words in said
-    assert "^" in said.splitlines()[2]
-    for others in (("validate", "sky.toml"), ("info", "amc.inp")) if "length 0" in words else ():
+    check_places([f"sky.toml:{span} E710"], said)
+    for others in (("validate", "sky.toml"), ("info", "amc.inp")):
         said = told(*others, code=3)
         assert "error[E710]" in said.out + said.err
 
 
 @row(40, "netcdf-outside-the-folder")
-def test_a_path_outside_the_folder(fault, tmp_path, monkeypatch, capsys):
+def test_a_path_outside_the_folder(fault, tmp_path, monkeypatch, told):
     inside = tmp_path / "scene"
     inside.mkdir()
     scene(inside, '[sky]\ntable = "../x.nc"\n').rename(tmp_path / "x.nc")
     monkeypatch.chdir(inside)
-    assert command("run", "amc.inp", "--out", "out") == 3
-    assert "sky.toml:2:9: error[E707]: table: '../x.nc' is not below the folder" in capsys.readouterr().err
-    assert command("validate", "sky.toml", "--allow-path", "..") == 0
+    assert "sky.toml:2:9: error[E707]" in told("run", "amc.inp", "--out", "out", code=3).err
+    told("validate", "sky.toml", "--allow-path", "..")

@@ -1,15 +1,10 @@
 """Row 41 of the matrix: disks that fill up, folders that refuse, runs that are killed: nothing half is left."""
 
-import hashlib
 import json
 import os
 import resource
-import shutil
 import signal
-import subprocess
-import sys
 import threading
-from pathlib import Path
 
 import pytest
 
@@ -20,28 +15,6 @@ from aomc_sky.system import appearing
 from tests.support.fault_rows import command, row, row_id
 from tests.support.processes import end_by, start, stopped, whole_files_only
 from tests.support.scenes import run_bytes
-
-SMALL_DISK = """
-set -e
-mount -t tmpfs -o size=1m tmpfs "$1"
-shift
-code=0
-"$@" || code=$?
-echo "code $code"
-ls -A "$OUT"
-mount -o remount,size=100m "$DISK"
-"$@"
-sha256sum "$OUT"/photons-*
-"""
-
-
-def can_mount():
-    """Whether a file system of one's own can be mounted, seen by nobody else."""
-    if shutil.which("unshare") is None:
-        return False
-    words = ["unshare", "-rm", "sh", "-c", "mount -t tmpfs tmpfs /mnt && mount -o remount,size=2m /mnt"]
-    return subprocess.run(words, capture_output=True, timeout=60, check=False).returncode == 0
-
 
 SIGNALS = {"kill-9": (signal.SIGKILL, -9), "interrupt": (signal.SIGINT, 130)}
 
@@ -164,30 +137,3 @@ def test_an_unfinished_run_is_known_to_info(amc, tmp_path, told):
     assert "unfinished" in told("info", out).out
     shown = json.loads(told("info", out, "--json").out)
     assert (shown["finished"], shown["requested"]) == (False, [100, 100, 100])
-
-
-@pytest.mark.skipif(not can_mount(), reason="needs a file system of its own")
-@row(41, "small-tmpfs")
-def test_a_disk_that_is_full(fault, amc, tmp_path):
-    """A disk of 1 MB: nothing half is on it; once there is room the same command finishes the run."""
-    words = ["run", amc, "--iterations", "2e5", "-q", "--out"]
-    assert command(*words, tmp_path / "whole") == 0
-    disk, out = tmp_path / "disk", tmp_path / "disk" / "out"
-    disk.mkdir()
-    # room is looked for first; here the disk fills up behind its back
-    program = "from aomc_sky.outputs.run_folder import RunFolder as F\nF.require_space = lambda *_: None\n"
-    program += "import sys\nfrom aomc_sky.cli.main import main\nsys.exit(main())"
-    command_line = ["unshare", "-rm", "sh", "-c", SMALL_DISK, "sh", disk, sys.executable, "-c", program, *words, out]
-    environment = {**os.environ, "OUT": str(out), "DISK": str(disk)}
-    how = {"env": environment, "capture_output": True, "text": True, "timeout": 120}
-    done = subprocess.run(list(map(str, command_line)), check=False, **how)
-    assert done.returncode == 0, done.stderr
-    assert "cannot write" in done.stderr
-    assert "No space left on device" in done.stderr
-    assert "Traceback" not in done.stderr
-    code, *names = done.stdout.splitlines()
-    assert (code, names[:2]) == ("code 6", ["counts.csv", "plan.npz"])
-    made = {Path(line.split()[1]).name: line.split()[0] for line in names[2:]}
-    photons = sorted((tmp_path / "whole").glob("photons-*.npy"))
-    assert made == {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in photons}
-    assert len(made) == 3

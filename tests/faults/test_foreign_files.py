@@ -20,7 +20,7 @@ def foreign(tmp_path):
         if name.endswith(".nc"):
             pytest.importorskip("h5netcdf")
         out = tmp_path / f"out{len(list(tmp_path.iterdir()))}"
-        code = command("run", folder / name, "--iterations", "200000", "--out", out, *options)
+        code = command("run", folder / name, "--iterations", 50_000, "--out", out, *options)
         if code:
             return code, None, None
         band = json.loads((out / "manifest.json").read_text())["bands"][0]
@@ -30,8 +30,17 @@ def foreign(tmp_path):
     return run_file
 
 
-IRRADIANCE = {"bounds_hl.nc": 3.23705, "valid_range.nc": 0.003142, "unit_factor.csv": 0.31416}
-"""Irradiances of the horizontal plane. [W m-2 nm-1]"""
+BANDS = {
+    "bounds_hl.nc": ("irradiance_W_m2_nm", 3.23705),
+    "valid_range.nc": ("irradiance_W_m2_nm", 0.003142),
+    "unit_factor.csv": ("irradiance_W_m2_nm", 0.31416),
+    "wl_um_unlabelled.nc": ("wavelength_nm", 440.0, "--wavelength-unit=um"),
+    "own_irreg.nc": ("mean_cosine_exact", 0.736201),
+    "rad_f4.nc": ("mean_cosine_exact", 2 / 3),
+    "closed_f4vals.nc": ("mean_cosine_exact", 2 / 3),
+    "image2d_nancorner.nc": ("mean_cosine_exact", 2 / 3, "--wavelength-unit=nm"),
+}
+"""What the manifest says of the first waveband: units, rings of our own, closed grids, corners without a direction."""
 NORTH = "--azimuth-convention=clockwise from north"
 EAST = {
     "conv_longname.nc": [(NORTH,)],
@@ -50,16 +59,16 @@ EAST = {
 """Skies that are brightest in the east, and the options that the questions name, round after round."""
 SUN = ("--coordinate=azimuth=relative_azimuth", "--azimuth-convention=counterclockwise from the sun")
 REFUSED = {
-    "away.csv": ("E651", "'away from the sun' is no convention of azimuths", "north, east, south, west, the sun or"),
-    "thou_mixed_semi_de.csv": ("E651", "no column of zenith angles among 'zenith (deg)'", "'zenith=zenith (deg)'"),
-    "rel_az.nc": ("E710", "a dimension 'relative_azimuth' of 36", "azimuth=relative_azimuth", "--azimuth-convention"),
-    "group.nc": ("E710", "no variables of numbers outside of groups", "open_dataset(path, group='NAME')"),
-    "wl_um_unlabelled.nc": ("E710", "'wavelength' does not say in which unit", "--wavelength-unit nm, um"),
-    "missing_state.epw": ("E601", "LOCATION with 10 entries, it has 9", "nothing between two commas"),
-    "subhourly_says1.epw": ("E602", "minute 15: rows of less than an hour", "means of whole hours"),
-    "mixed_zenrad.csv": ("E651", "'zenith' is in degrees or radians", "'azimuth' is in degrees or", "azimuth_rad"),
-}  # fmt: skip
-"""Code, trouble, and what to write."""
+    "away.csv": ("E651", "north, east, south, west, the sun or"),
+    "thou_mixed_semi_de.csv": ("E651", "'zenith=zenith (deg)'"),
+    "rel_az.nc": ("E710", "azimuth=relative_azimuth"),
+    "group.nc": ("E710", "open_dataset(path, group='NAME')"),
+    "wl_um_unlabelled.nc": ("E710", "--wavelength-unit nm, um"),
+    "missing_state.epw": ("E601", "nothing between two commas"),
+    "subhourly_says1.epw": ("E602", "means of whole hours"),
+    "mixed_zenrad.csv": ("E651", "azimuth_rad"),
+}
+"""Code, and what to write."""
 
 
 def asked(foreign, capsys, name, rounds):
@@ -76,11 +85,12 @@ def asked(foreign, capsys, name, rounds):
     return foreign(name, *given)
 
 
-@row(53, *(f"irradiance-{name}" for name in IRRADIANCE))
-def test_irradiances(fault, foreign):
-    name = fault.removeprefix("irradiance-")
-    _, band, _ = foreign(name)
-    assert band["irradiance_W_m2_nm"] == pytest.approx(IRRADIANCE[name], rel=2e-4)
+@row(53, *(f"band-{name}" for name in BANDS))
+def test_bands(fault, foreign, capsys):
+    name = fault.removeprefix("band-")
+    key, value, *options = BANDS[name]
+    _, band, _ = asked(foreign, capsys, name, [options] if options else [])
+    assert band[key] == pytest.approx(value, rel=2e-4)
 
 
 @row(53, *(f"east-{name}" for name in EAST))
@@ -102,21 +112,11 @@ def test_azimuths_from_the_sun(fault, foreign, capsys):
 @row(53, "thousands")
 def test_thousands_are_a_question_and_no_light(fault, foreign, capsys):
     """829 beside 1.050: asked, and refused where commas are decimals; 1.05 only where it is said so."""
-    first = ("--coordinate=zenith=zenith (deg)", "--coordinate=azimuth=azimuth (deg from north cw)")
-    rounds = [(*first, "--variable=radiance (mW m-2 nm-1 sr-1)"), ("--angle-unit=deg",)]
+    rounds = [*EAST["quoted_deccomma.csv"][:1], ("--angle-unit=deg",)]
     assert asked(foreign, capsys, "thou_mixed_semi_de.csv", rounds)[0] == 3
-    assert "'1.000' may be 1000, with a separator of thousands" in capsys.readouterr().err
-    options = [option for one in rounds for option in one]
-    assert foreign("thou_mixed_semi_de.csv", *options, "--decimal=comma")[0] == 3
-    assert "'1.000' has a point, and decimals have commas" in capsys.readouterr().err
-
-
-@row(53, "micrometres")
-def test_wavelengths_in_micrometres(fault, foreign, capsys):
-    _, band, _ = asked(foreign, capsys, "wl_um_unlabelled.nc", [("--wavelength-unit=um",)])
-    assert band["wavelength_nm"] == 440.0
-    assert foreign("wl_um_unlabelled.nc", "--wavelength-unit=nm")[0] == 3
-    assert "has wavelengths of 0.44 to 0.55 nm; 20 to 100000 are read" in capsys.readouterr().err
+    assert "'1.000' may be 1000" in capsys.readouterr().err
+    assert foreign("thou_mixed_semi_de.csv", *rounds[0], *rounds[1], "--decimal=comma")[0] == 3
+    assert "'1.000' has a point" in capsys.readouterr().err
 
 
 @row(53, *(f"refused-{name}" for name in REFUSED))
@@ -127,36 +127,9 @@ def test_refusals(fault, foreign, capsys):
     else:
         assert foreign(name)[0] == 3
     said = capsys.readouterr().err
-    for words in REFUSED[name]:
-        assert words in said
-
-
-@row(53, "own-rings")
-def test_rings_of_our_own_export(fault, foreign):
-    assert foreign("own_irreg.nc")[1]["mean_cosine_exact"] == pytest.approx(0.736201, abs=1e-6)
-
-
-@row(53, "closed-grids")
-def test_closed_grids(fault, foreign):
-    """Horizon ring and columns of 0 and 360 degrees: 1 + sin(zenith) ... has mean cosine 2/3 with its horizon."""
-    pytest.importorskip("xarray")
-    from aomc_sky.formats.netcdf import open_netcdf
-
-    for name in ("rad_f4.nc", "closed_f4vals.nc"):
-        with open_netcdf(FILES / name, decode_times=False) as (dataset, _):
-            table = sky.TabulatedSky.from_xarray(dataset)
-        assert (table.grid.n_zenith, table.grid.n_azimuth) == (19, 36)
-        assert table.grid.zenith_bounds_deg.max() == 90.0
-        assert foreign(name)[1]["mean_cosine_exact"] == pytest.approx(2 / 3, abs=1e-5)
-    assert any("azimuths 0 and 360 are one direction; their radiances differ by" in one for one in table.remarks)
-
-
-@row(53, "image-with-corners")
-def test_corners_of_an_image(fault, foreign, capsys):
-    asked(foreign, capsys, "image2d_nancorner.nc", [("--wavelength-unit=nm",)])
-    _, band, _ = foreign("image2d_nancorner.nc", "--wavelength-unit=nm", "-v")
-    assert band["mean_cosine_exact"] == pytest.approx(2 / 3, abs=1e-4)
-    assert "5 values without a direction were left out" in capsys.readouterr().out
+    code, advice = REFUSED[name]
+    assert f"error[{code}]" in said
+    assert advice in said
 
 
 @row(53, "further-field-in-records-of-lobes")
@@ -171,6 +144,4 @@ def test_a_further_text_in_the_records_of_lobes(fault, recwarn):
 @row(53, "azimuths-that-are-one")
 def test_two_azimuths_of_one_direction(fault, foreign, capsys):
     assert foreign("bad_field.nc", folder=DAMAGED)[0] == 3
-    said = capsys.readouterr().err
-    assert "error[E710]: azimuths 0 and 8.69169e-310 are one direction, but their radiances differ by" in said
-    assert "Traceback" not in said
+    assert "error[E710]: azimuths 0 and 8.69169e-310 are one direction" in capsys.readouterr().err

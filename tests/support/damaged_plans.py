@@ -6,7 +6,6 @@ import itertools
 import json
 import os
 import struct
-import warnings
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -157,51 +156,37 @@ _VALUES = tuple(
         ("table", "cumulative", "E954", "falls", _reversed_inside),
         ("table", "cumulative", "E954", "from 1", _put((0, 0), 1)),
         ("table", "cumulative", "E954", "negative", lambda a: -a),
-        ("table", "cumulative", "E954", "-600000", _put((slice(None), -1), -600_000)),
-        ("table", "cumulative", "E954", "2^63 - 1", _put((0, -1), 2**63 - 1)),
         ("table", "requested", "E954", "negative", _put(0, -1)),
         ("table", "requested", "E954", "above 2^62", _put(0, 2**62 + 1)),
         ("table", "row_of_band", "E954", "that is not there", _put(0, 2)),
-        ("table", "row_of_band", "E954", "-1", _put(0, -1)),
         ("table", "mass", "E954", "negative", _put((0, 0), -0.1)),
         ("table", "mass", "E954", "above 1", _put((0, 0), 1.1)),
-        *(("table", "law", "E954", str(law), lambda a, v=law: np.full_like(a, v)) for law in (_NO_LAW, 99, -1, 127)),
+        *(("table", "law", "E954", str(law), lambda a, v=law: np.full_like(a, v)) for law in (_NO_LAW, -1)),
         ("table", "law", "E954", "two in a component", _put(3, 1)),
-        ("table", "law", "E954", "4 of a table", _put(slice(None), 4)),
         *(("table", "law", "E952", f"{v} without tables", _put(slice(None), v)) for v in _WITH_TABLES),
         ("perez", "law", "E952 E954", "4 without a grid", _put(slice(None), 4)),
         ("table", "cell", "E953", "of five columns", lambda a: np.ascontiguousarray(a[:, :5])),
         ("table", "component_start", "E954", "from 1", _put(0, 1)),
         ("table", "component_start", "E954", "too late", _put(-1, 13)),
         ("disc", "component_start", "E954", "falls", _put(1, 13)),
-        ("disc", "component_start", "E954", "empty", _put(1, 0)),
         ("table", "keys", "E954", "of another seed", _put(1, 7)),
         ("table", "options.seed", "E954", "of other keys", _to(10)),
         ("table", "zenith_bounds_deg_0", "E954", "below the horizon", _put((2, 1), 91.0)),
-        ("table", "zenith_bounds_deg_0", "E954", "ends before it begins", _put((1, 1), 10.0)),
         ("solid angle", "options.weights", "E953", "not asked for", _to(False)),
         ("solid angle", "weight", "E953", "of another shape", lambda a: a[:1].copy()),
-        ("disc", "zenith_bounds_deg_0", "E952", "of a disc", _to(np.array([[0.0, 90.0]]))),
         ("table", "shared_0", "E952", "of a table", _to(np.zeros(11))),
-        ("table", "shared_7", "E952", "of no component", _to(np.zeros(11))),
         ("table", "cell2", "E952", "is not known", _to(np.zeros(3))),
-        ("table", "sobol_keys", "E952", "of a method that was removed", _to(np.zeros(2, np.uint64))),
         ("table", "../cell", "E951 E952", "is a path", _to(np.zeros(3))),
         ("lobes", "horizon_loss", "E952", "without irradiance", _to(DROP)),
         ("perez", "shared_0", "E953", "of ten", lambda a: a[:10].copy()),
-        ("perez", "bounds_0", "E953", "of three columns", lambda a: a[:, :3].copy()),
         ("horizon", "cell", "E954", "off its rim", _put((0, 0), 0.5)),
         ("horizon", "cell", "E954", "that no try hits", _put((0, 2), 1e-30)),
         ("horizon", "cell", "E954", "of the whole sky", _put((0, 2), 4.0)),
-        ("lobes", "shared_1", "E953", "of eleven", lambda a: np.append(a, 0.0)),
-        ("lobes", "bounds_1", "E953", "of seven columns", lambda a: a[:, :7].copy()),
-        *(("lobes", "bounds_1", "E954", f"{bins} bins", _put((0, 3), bins)) for bins in (977.0, 0.5, 0.0, 2.0**40)),
+        *(("lobes", "bounds_1", "E954", f"{bins} bins", _put((0, 3), bins)) for bins in (977.0, 0.0, 2.0**40)),
         ("lobes", "bounds_1", "E954", "of one cell", lambda a: a[:1].copy()),
-        ("sloped", "slope_0", "E954", "of 1", _put((0, 0, 0), 1.0)),
         ("sloped", "slope_0", "E954", "of -3", _put((0, 0, 1), -3.0)),
         ("sloped", "slope_0", "E952", "missing in law 9", _to(DROP)),
         ("polarised", "stokes_0", "E954", "of 1.1", _put((0, 0, 0), 1.1)),
-        ("polarised", "stokes_0", "E954", "of -1e300", _put((1, 0, 1), -1e300)),
         ("polarised", "stokes_0", "E954", "with a degree above 1", _put((0, 0), 0.8)),
         ("polarised", "stokes_0", "E953", "of 11 cells", lambda a: a[:, :11].copy()),
         ("polarised", "stokes_0", "E953", "of 3 rows", lambda a: np.concatenate([a, a[:1]])),
@@ -210,22 +195,16 @@ _VALUES = tuple(
 
 _OPTIONS = {
     "stream": ("aomc-sky/0", None),
-    "seed": ("9", -1, 2**64, True, 9.0),
-    "method": ("best", ["stratified"], "iid", "sobol"),
-    "allocation": ("lottery", "multinomial "),
-    "placement": ("sobol", "anywhere"),
+    "seed": (-1, 2**64, True, 9.0),
+    "method": (["stratified"], "iid"),
+    "allocation": ("multinomial ",),
+    "placement": ("anywhere",),
     "order": (3,),
-    "precision": ("float16", "O"),
+    "precision": ("float16",),
     "weights": (1,),
-    "replicates": (0, 2**40, "1"),
-    "footprint": (
-        ["hexagon", 1.0, 1.0],
-        ["circle", 1.0, 2.0],
-        ["circle", float("nan"), 1.0],
-        ["rectangle", 1e400, 1.0],
-        ["point"],
-    ),
-    "components": ([], ["a", "b"], [7], "t", ["a,b"], ["\x1b[2J"], ["two\nlines"], ["\u202e"], ["x" * 300]),
+    "replicates": (0, 2**40),
+    "footprint": (["hexagon", 1.0, 1.0], ["circle", 1.0, 2.0], ["circle", float("nan"), 1.0], ["point"]),
+    "components": ([], ["a", "b"], [7], "t", ["a,b"], ["\x1b[2J"], ["\u202e"], ["x" * 300]),
     "azimuth_first_index": ([0.5], [], [2**70]),
     "colour": ("blue",),
 }
@@ -282,22 +261,9 @@ def _head(shape, descr="'<f8'", order=False):
     return f"{{'descr': {descr}, 'fortran_order': {order}, 'shape': {shape}, }}"
 
 
-def _double(path):
-    _rewritten(lambda members: members)(path)
-    with zipfile.ZipFile(path, "a") as file, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of zipfile: a duplicate name
-        file.writestr("law.npy", _npy(_head("(0,)")))
-
-
 def _bomb(path):
-    zeros = bytes(1 << 20)
-    with (
-        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file,
-        file.open("mass.npy", "w", force_zip64=True) as member,
-    ):
-        member.write(_npy(_head("(4, 8388608)")))
-        for _ in range(256):
-            member.write(zeros)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file:
+        file.writestr("mass.npy", _npy(_head("(4, 8388608)")) + bytes(1 << 28))
 
 
 def _overlaid(path):
@@ -313,18 +279,8 @@ def _overlaid(path):
             file.NameToInfo[info.filename] = info
 
 
-def _encrypted(data):
-    at = data.index(b"PK\x01\x02")
-    return data[: at + 8] + b"\x01" + data[at + 9 :]
-
-
 def _options_file(text):
     return _with("options.npy", _npy(_head(f"({len(text)},)", "'|u1'"), text))
-
-
-def _middle_byte(data):
-    at = data.index(b"mass.npy") + 300
-    return data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
 
 
 def _sparse(path):
@@ -332,17 +288,8 @@ def _sparse(path):
         file.truncate(2**34 + 2**20)
 
 
-def _long_directory(path):
-    with zipfile.ZipFile(path, "w") as file:
-        for k in range(40):
-            file.writestr(f"a{k}.npy", b"")
-    data = path.read_bytes()
-    end = data.rindex(b"PK\x05\x06")
-    path.write_bytes(data[: end + 12] + struct.pack("<L", 2**31) + data[end + 16 :])
-
-
 def _names():
-    odd = "../law.npy", "/tmp/law.npy", "a/law.npy", "law", "law.npy.gz", "..npy", "law .npy", "läw.npy", "x" * 99
+    odd = "../law.npy", "/etc/law.npy", "law", "..npy", "läw.npy", "x" * 99
     for name in odd:
         yield f"a member {name[:12]!r}", _with(name, _npy(_head("(0,)")))
 
@@ -355,34 +302,22 @@ DAMAGED_FILES = dict(
         ("a link to nowhere", lambda path: path.symlink_to(path.with_name("nowhere"))),
         ("empty", _bytes(lambda _: b"")),
         ("text", _bytes(lambda _: b"cumulative = 1\n" * 50)),
-        ("a zip file without members", _bytes(lambda _: b"PK\x05\x06" + bytes(18))),
         ("cut in half", _bytes(lambda data: data[: len(data) // 2])),
-        ("cut by a byte", _bytes(lambda data: data[:-1])),
-        ("a bit of a mass", _bytes(_middle_byte)),
-        ("encrypted", _bytes(_encrypted)),
         ("a pickle", _bytes(lambda _: b"\x80\x04\x95\x0e\x00\x00\x00\x00\x00\x00\x00\x8c\x05posix\x94.")),
         ("larger than any plan", _sparse),
-        ("a directory that is too long", _long_directory),
         ("packed", _rewritten(lambda members: members, compression=zipfile.ZIP_DEFLATED)),
-        ("packed once more", _rewritten(lambda members: members, compression=zipfile.ZIP_LZMA)),
         ("a bomb", _bomb),
         ("members over each other", _overlaid),
-        ("a member twice", _double),
         ("no options", _rewritten(lambda members: {n: d for n, d in members.items() if n != "options.npy"})),
         ("options that are no JSON", _options_file(b"{")),
-        ("options that are a list", _options_file(b"[]")),
         ("options in another code", _options_file(b"\xff\xfe{}")),
         ("options without a floor", _options_file(b"[" * 200_000)),
-        ("options of floats", _with("options.npy", _npy(_head("(2,)"), bytes(16)))),
         ("no numpy array", _with("mass.npy", b"mass")),
-        ("an array of nothing", _with("mass.npy", b"")),
         ("an array of version 3", _with("mass.npy", _npy(_head("(0,)"), version=b"\x03\x00"))),
         ("an array of objects", _with("mass.npy", _npy(_head("(1,)", "'|O'"), b"\x80\x04K\x01."))),
         ("an array of records", _with("mass.npy", _npy(_head("(0,)", "[('a', '<f8')]")))),
-        ("an array of text", _with("mass.npy", _npy(_head("(1,)", "'<U2'"), bytes(8)))),
         ("an array in Fortran order", _with("mass.npy", _npy(_head("(0, 0)", order=True)))),
         ("an array of 10^15", _with("mass.npy", _npy(_head("(1000000000000000,)")))),
-        ("an array of 2^70", _with("mass.npy", _npy(_head(f"({2**70},)")))),
         ("an array of -1", _with("mass.npy", _npy(_head("(-1,)")))),
         ("an array with code for its head", _with("mass.npy", _npy("__import__('os').abort()"))),
         ("an array with a long head", _with("mass.npy", _npy(_head("(" + "1, " * 3000 + ")")))),
