@@ -94,27 +94,18 @@ def test_bad_input_and_a_bad_folder_are_told_before_the_work(tmp_path, monkeypat
     assert not (tmp_path / "x").exists()
 
 
-def test_a_slow_sky_says_how_to_save_it_and_the_saved_one_is_a_sky(tmp_path, monkeypatch, told):
-    xarray = pytest.importorskip("xarray")
+def test_a_slow_sky_says_how_to_save_it(tmp_path, monkeypatch, told):
+    """The words that it names are those of the command that saves it."""
     pytest.importorskip("h5netcdf")
     amc = copy_scene("atmosphere_sky", tmp_path)
-    small = ["--wavelength", "410,680", "--orders", "1", "--bins", "6", "12"]
-    saved = amc.parent / "sky.nc"
     (amc.parent / "sky.toml").write_text('[atmosphere]\nfile = "clear.atmo"\norders = 1\nzenith_bins = 6\n')
     monkeypatch.setattr("aomc_sky.cli.options._SLOW_SKY_S", 0.0)
     advice = told("run", amc, "--dry-run").err
     sun = advice.partition("MODEL.atmo ")[2].partition(" --out sky.nc")[0].split()
     assert sun == ["--sun-zenith", "42", "--sun-azimuth", "65"]
+    small = ["--wavelength", "410,680", "--orders", "1", "--bins", "6", "12"]
+    saved = amc.parent / "sky.nc"
     assert f"sky: {saved}" in told("atmosphere", amc.parent / "clear.atmo", "--out", saved, *sun, *small).out
-    (amc.parent / "sky.toml").write_text('[sky]\ntable = "sky.nc"\n')
-    (amc.parent / "difcol.inp").write_text("4\n" + "0.5 1.0\n" * 4)
-    scene = aomc_sky.read_scene(amc)  # and no word on where the sky is brightest
-    assert scene.options["field"]["variable"] == "radiance"
-    with xarray.open_dataset(saved) as data:
-        part = next(part for part in scene.components if part.name == "sky")
-        flux = data.radiance[0, 0].values.ravel() * part.grid.projected_solid_angle_sr
-    mass = part.mass[0]
-    np.testing.assert_allclose(mass / mass.sum(), flux / flux.sum(), rtol=1e-12)
 
 
 MOLECULES = INPUTS / "atmosphere" / "molecules_only.atmo"

@@ -138,9 +138,7 @@ def test_a_map_is_what_its_name_says(out, tmp_path, told):
         path = tmp_path / f"sky.{ending}"
         assert command(*words(path, "--waveband", 2, "-q")) == 0
         assert path.read_bytes().startswith(first)
-        meaning = json.loads(path.with_name(f"sky.{ending}.json").read_text())
-        assert meaning["wavelength_nm"] == [580.0]
-        assert meaning["azimuth_deg"]["first_edge"] == (0.0 if ending == "npy" else 180.0)
+        assert json.loads(path.with_name(f"sky.{ending}.json").read_text())["wavelength_nm"] == [580.0]
     told(*words("sky.hdr", "--waveband", 1), code=5)
     assert command(*words("sky.hdr", "--waveband", 1, "--force", "-q")) == 0
     (tmp_path / "new.exr.json").write_text("of somebody")

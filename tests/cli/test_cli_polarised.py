@@ -94,7 +94,7 @@ def scene_folder(folder, toml, made):
 
 @pytest.mark.filterwarnings("ignore:.*E310")
 def test_a_table_of_sky_toml(field, tmp_path):
-    """It has the rows of the field in Python, with the names and the signs that are given; I alone has none."""
+    """It has the rows of the field in Python, with the names and the signs that are given."""
     scene = sky.read_scene(scene_folder(tmp_path / "a", '[sky]\ntable = "field.nc"\n', field))
     model = sky.TabulatedSky.from_xarray(field)
     expected = model.lower(scene.wavebands.wavelength_nm)[0].stokes
@@ -106,9 +106,6 @@ def test_a_table_of_sky_toml(field, tmp_path):
         scene = sky.read_scene(folder)
     np.testing.assert_array_equal(scene.components[-1].stokes[scene.row_of_band], expected * [1, -1])
     assert scene.options["field"]["stokes_signs"] == (1.0, -1.0)
-    scene = sky.read_scene(scene_folder(tmp_path / "c", '[sky]\ntable = "field.nc"\nvariable = "radiance"\n', field))
-    assert scene.components[-1].stokes is None
-    assert not any("photons carry q" in note for note in scene.notes)
 
 
 LINES = {

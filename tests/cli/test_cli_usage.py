@@ -106,7 +106,6 @@ USAGE = {
     "info": "",
     "info --include-dir somewhere": "",
     "info inputs/atmosphere/hazy.atmo --iterations 777": "--iterations is for a scene; ",
-    f"{NIGHT} --sky uniform": "--sky is for a scene; ",
     "info inputs/sparse_sky --wavelengths 500": "--wavelengths is for a run without files or a measured sky",
     "info inputs/sparse_sky --animation a": "--animation is for a background sky; ",
     f"{NIGHT} --time 0 --utc-offset 99": "outside the range -24 to 24",
@@ -141,7 +140,6 @@ USAGE = {
     "plot scene --cmap virdis": "near it are viridis",
     "plot scene --waveband 9": "9",
     "plot out --iterations 5": "--iterations is for",
-    "plot out --time 0": "--time is for",
     "plot out --pull --show counts": "--show",
     # verify
     "verify out --method iid": "--scene AMC_INP",

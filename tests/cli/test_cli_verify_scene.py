@@ -106,16 +106,6 @@ def test_weights_in_a_column_and_in_a_file(verify, photons, tmp_path):
     assert any("weights" in check["name"] for check in report["checks"])
 
 
-def test_weights_of_a_table_of_radiances(verify):
-    """Photons uniform in solid angle, their weights carrying the cosine: launched law and flux law in one file."""
-    scene = sky.read_scene(SCENE, iterations=N, weighting="solid-angle")
-    batch = scene.source(4, method="iid", weights=True).photons(0)
-    rows = np.column_stack([batch.directions, batch.weight])
-    for weighting, codes in (("solid-angle", [0, 0]), ("projected", [0, 1])):
-        found = [verify(one, *FIRST, "--weighting", weighting)[0] for one in (rows, rows[:, :3].copy())]
-        assert found == codes, weighting
-
-
 def test_mcpl_knows_its_wavebands(verify, scene):
     source = scene.source(9, method="iid")
     code, _, report = verify(source)
@@ -227,7 +217,7 @@ def test_merged_files_of_ours(verify, methods, words, scene, tmp_path):
     oracle().tool("--merge", tmp_path / "all.mcpl", *paths)
     code, failed, report = verify(tmp_path / "all.mcpl")
     assert (code, failed) == (0, set())
-    assert report["notes"][0].startswith("2 runs of aomc-sky")
+    assert "2 runs of aomc-sky: photons " in report["notes"][0]
     assert words in report["notes"][0]
 
 
