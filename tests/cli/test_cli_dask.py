@@ -15,8 +15,8 @@ from aomc_sky.cli.main import main
 from aomc_sky.engine import cluster as dask_run
 from aomc_sky.engine.run import JobOptions
 from aomc_sky.engine.shards import run_shard
+from tests.support.processes import UNFINISHED
 from tests.support.scenes import copy_scene, run_bytes
-from tests.support.unfinished import UNFINISHED
 
 KILLED_WRITER = """
 import os, signal, sys

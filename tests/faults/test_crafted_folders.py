@@ -60,7 +60,7 @@ def codes(folder, capsys):
         "info": (folder, "--json"),
         "verify": (folder, "-q"),
         "export": (folder, "--to", "csv", "--out", out / "made", "-q"),
-        "plot": (folder, "--out", out / "made.png", "-q"),
+        "plot": (folder, "--size", 300, "--out", out / "made.png", "-q"),
     }
     found = {name: command(name, *more) for name, more in words.items()}
     said = capsys.readouterr()

@@ -71,11 +71,3 @@ def test_many_photons_are_exact(n, tmp_path, capsys):
     assert answer.code == 0
     assert [band["launched"] for band in json.loads(answer.out)["bands"]] == [n] * 3
     assert photons_of_band(answer.folder, 3) == dict.fromkeys(CELLS, n // 4)
-
-
-@pytest.mark.parametrize("n", [1, 10, 23], ids=[row_id(24, f"{n}-of-24-ties-to-the-first") for n in (1, 10, 23)])
-def test_ties_go_to_the_first_patches(n, tmp_path, capsys):
-    options = ["--iterations", n, "--allocation", "largest-remainder", "-q"]
-    answer = run_scene(tmp_path, even_sky(4, 6), options, capsys)
-    assert (answer.code, answer.err) == (0, "")
-    assert list(photons_of_band(answer.folder, 1).values()) == [1] * n + [0] * (24 - n)

@@ -5,15 +5,6 @@ import pytest
 
 from tests.support.fault_rows import ROWS, check_places, command, launched, photons_of_band, row, row_id, run_scene, sky
 
-DIFFERENT = sky(rows=[ROWS[0], "1 1 0 12.0", *ROWS[2:]])
-
-
-LENIENT = {
-    # name: (row, skydist.inp, place of the warning, a waveband and its photons)
-    "lenient-warns": (10, sky(head="5 2 2 2"), "1:1 E303", 3, {(1, 0): 2624, (1, 1): 3040}),
-    "lenient-last-one-wins": (14, DIFFERENT, "4:1 E309", 1, {(1, 0): 2124, (2, 1): 3540}),
-}
-
 FIRST, SECOND = {(1, 0): 1050, (1, 1): 1200, (2, 1): 2000}, {(1, 0): 1056, (1, 1): 1224, (2, 1): 1970}
 """Photons of the two skies of the scene, of 4250."""
 DARK = sky(rows=[*ROWS[:3], "2 1 0 0.0", "2 1 1 0.0", "2 2 1 0.0"])
@@ -80,13 +71,3 @@ def test_a_dark_band_of_the_program(fault, tmp_path, capsys):
     assert answer.err.startswith("aomc-sky: warning: all weights are zero")
     assert launched(answer.folder) == {1: 1000, 2: 1000}
     assert np.load(answer.folder / "photons-0003.npy").shape == (0, 3)
-
-
-@pytest.mark.parametrize("name", LENIENT, ids=[row_id(case[0], name) for name, case in LENIENT.items()])
-def test_lenient(name, tmp_path, capsys):
-    """What the program takes in silence is taken with a warning: five rows of six, the second of two values."""
-    _, text, place, band, photons = LENIENT[name]
-    answer = run_scene(tmp_path, {"skydist.inp": text}, ["--lenient", "--iterations", 5664, "-q"], capsys)
-    assert answer.code == 0
-    check_places([f"skydist.inp:{place}"], answer.err, "warning")
-    assert photons_of_band(answer.folder, band) == photons

@@ -11,7 +11,7 @@ import aomc_sky as sky
 from aomc_sky import system
 from aomc_sky.system import appearing, prepare_target
 from tests.support.fault_rows import command, row
-from tests.support.unfinished import UNFINISHED
+from tests.support.processes import UNFINISHED
 
 WRITER = """
 import sys, time

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -45,6 +46,9 @@ def photons_or_rest(*arguments, **options):
 PhotonSource.photons = photons_or_rest
 sys.exit(main())
 """
+UNFINISHED = re.compile(r"\.aomc-sky-.+\.[0-9a-f]{8}", re.DOTALL)
+"""Names of files that a process is writing, or that one left when it was killed."""
+
 _NUMBA = ForkServer("numba", "numba.core.caching", "numba.core.ccallback")
 
 
