@@ -125,6 +125,11 @@ def test_run_goes_on_from_the_marks(run_on, amc, whole, tmp_path):
     assert run_bytes(folder) == whole
 
 
+def test_another_run_in_the_folder_is_refused(cluster, amc, tmp_path):
+    assert main(words(amc, tmp_path / "out", "--format", "none")) == 0
+    assert main(words(amc, tmp_path / "out", "--seed", 1, *on(cluster))) == 5
+
+
 def test_worker_that_does_not_see_the_folder_says_so(cluster, amc, tmp_path, monkeypatch, capsys):
     """The folder of the client has another name where the workers are."""
     real = dask_run._make_shard

@@ -33,6 +33,12 @@ def test_files_of_two_runs_merge(amc, tmp_path):
     assert [runs_of(sky.read_mcpl(path).header).seed for path in paths] == [1, 2**64 - 1, 3]
 
 
+def test_a_file_is_not_packed(amc, tmp_path):
+    with pytest.raises(sky.UsageError, match="gzip can pack"):
+        sky.write_mcpl(sky.read_scene(amc, iterations=10).source(), tmp_path / "p.mcpl.gz")
+    assert not list(tmp_path.glob("*mcpl*"))
+
+
 def test_files_of_other_wavebands_do_not_merge(amc, tmp_path):
     """User flags would mean two things."""
     scene = sky.read_scene(amc, iterations=100)

@@ -26,11 +26,10 @@ def test_a_scene_before_its_run_and_a_sky_file(amc, tmp_path, told):
     assert data.startswith(b"\x89PNG")
     assert int.from_bytes(data[16:20], "big") == 300
     assert len(data) == found["bytes"]
-    usual = tmp_path / "usual.svg", tmp_path / "paper.svg"
     paper = ("--cmap", "gray", "--norm", "linear", "--scale", "each", "--no-caption")
-    for path, words in zip(usual, ((), paper), strict=True):
-        drawn(told, amc, "--waveband", 1, "--out", path, *words)
-    assert ["Seen from" in path.read_text() for path in usual] == [True, False]
+    for words in ((), paper):
+        drawn(told, amc, "--waveband", 1, "--out", tmp_path / "sky.svg", *words)
+        assert ("Seen from" in (tmp_path / "sky.svg").read_text()) == (words == ())
     # the folder gives the same picture beside itself
     assert drawn(told, amc.parent)["out"] == str(amc.parent) + ".png"
     assert amc.parent.with_suffix(".png").read_bytes() == data

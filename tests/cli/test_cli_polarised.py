@@ -129,6 +129,10 @@ def test_options_that_go_not_with_the_field(field, tmp_path, told):
     path = stored(field, tmp_path / "field.nc")
     assert "E710" in told("run", path, "--variable", "radiance", "--stokes-signs", 1, 1, "--dry-run", code=3).err
     told("run", path, "--variable-q", NAMES[1], "--dry-run", code=2)
+    twice = ("--variable-q", NAMES[1], "--variable-u", NAMES[1])
+    half = stored(field.drop_vars(NAMES[2]), tmp_path / "half.nc")
+    for words in ((path, *twice), (half,)):
+        assert "error[E710]" in told("run", *words, "--dry-run", code=3).err
     assert "is polarised already" in told("run", path, "--polarisation", 0.5, "--sun-zenith", 40, code=2).err
 
 

@@ -179,6 +179,7 @@ OTHERS = {
     (4, f"run scene --out new --format none --iterations {2**62 + 1}"): f"from 1 to 2^62, got {2**62 + 1}",
     (4, "run scene --out new --iterations 10 --replicates 11"): "too few for 11 replicates",
     (4, f"run perez --out new {EPW} --row 1"): "the nearest row with light is 5",
+    (4, "perez --sun-zenith 40 --dni 850 --dhi 0 --out new"): "no light in the sky",
     (6, f"{CLEAR} --write-skydist no/such/folder/skydist.inp"): "no/such/folder",
     (6, "plot scene --out absent/sky.png"): "absent",
     (6, "run scene -q --out theirs.npy"): "cannot create the folder",

@@ -101,17 +101,6 @@ def test_a_disk_known_to_be_too_small_is_told_before_anything_is_made(fault, amc
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"plan.npz"}
 
 
-@row(43, "two-runs-into-one-folder")
-def test_two_runs_into_one_folder_at_once(fault, amc, tmp_path):
-    words = ["run", amc, "--iterations", "1e6", "-q", "--threads", "1", "--out"]
-    assert command(*words, tmp_path / "whole") == 0
-    both = [start(*words, tmp_path / "out") for _ in range(2)]
-    for process in both:
-        _, err = process.communicate(timeout=60)
-        assert process.returncode == 0, err
-    assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
-
-
 @row(43, "one-name-under-way-twice")
 def test_one_name_under_way_twice(fault, tmp_path):
     """Each process has a file of its own until it is whole; the last one to end holds."""

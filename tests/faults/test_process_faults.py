@@ -65,12 +65,12 @@ sys.exit(main(sys.argv[2:]))
 """
 
 
-@pytest.mark.parametrize("spare", [1, 8], ids=[row_id(51, f"{n}-MB-to-spare") for n in (1, 8)])
-def test_little_memory(spare, scene, tmp_path):
+@row(51, "1-MB-to-spare")
+def test_little_memory(fault, scene, tmp_path):
     """Python and numpy have started; what a scene of a hundred thousand patches needs is not there."""
     rows = "".join(f"1 {z + 1} {a} 1.5\n" for z in range(250) for a in range(400))
     (scene / "skydist.inp").write_text(f"100000 250 399 1\n550\n{rows}")
-    done = ended(SMALL, spare * MB, "run", scene, "--threads", 1, "-q", "--out", tmp_path / "out")
+    done = ended(SMALL, MB, "run", scene, "--threads", 1, "-q", "--out", tmp_path / "out")
     assert_says(done, "there is not enough memory for this process")
     assert not (tmp_path / "out" / "manifest.json").exists()
 
