@@ -188,3 +188,15 @@ def test_formats_without_stokes_vectors_say_so(run_of_all, tmp_path, told):
     for name in ("envmap", "aomc"):
         said = told("export", run_of_all, "--to", name, "--out", tmp_path / name).out
         assert f"note: the light is polarised, and {name} has no Stokes vectors" in said
+
+
+def test_an_exported_netcdf_has_q_and_u_of_the_run(run_of_all, tmp_path, told):
+    """As the field that it is has them, too."""
+    xarray = pytest.importorskip("xarray")
+    path = tmp_path / "sky.nc"
+    told("export", run_of_all, "--to", "netcdf", "--out", path, "-q")
+    source, data = sky.PhotonSource(sky.Plan.load(run_of_all / "plan.npz")), xarray.load_dataset(path)
+    found = np.stack([data["radiance_q"], data["radiance_u"]], axis=-1) / data["radiance"].values[..., None]
+    np.testing.assert_allclose(found[1].reshape(-1, 2), source.stokes(1)[1:], atol=1e-12)
+    again = plan_of("run", path, "--diffuse-only", folder=tmp_path / "again")
+    np.testing.assert_allclose(again.components[-1].stokes[1], source.stokes(1)[1:], atol=1e-9)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support import hdf5_damage
-from tests.support.fault_rows import check_places, command, row, row_id
+from tests.support.fault_rows import command, row, row_id
 from tests.support.fields import field_of
 from tests.support.hdf5_damage import cut, empty, random_bytes, random_bytes_behind_the_signature
 from tests.support.processes import limited
@@ -148,7 +148,8 @@ def test_a_file_that_is_no_sky_is_an_error_of_the_key(fault, tmp_path, monkeypat
     path.unlink()
     made.to_netcdf(path, engine="h5netcdf")
     said = told("run", "amc.inp", "--out", "out", code=3).err
-    check_places([f"sky.toml:{span} E710"], said)
+    assert said.startswith(f"sky.toml:{span}: error[E710]: "), said
+    assert "^" in said.splitlines()[2]
     for others in (("validate", "sky.toml"), ("info", "amc.inp")):
         said = told(*others, code=3)
         assert "error[E710]" in said.out + said.err
