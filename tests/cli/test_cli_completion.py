@@ -7,6 +7,8 @@ import subprocess
 import pytest
 
 from aomc_sky.cli.usage import COMMANDS, build_parser
+from aomc_sky.formats.sky_models import OUR_NAMES, SKY_MODELS
+from aomc_sky.formats.sky_toml.keys import DIFFUSE_MODELS
 from tests.support.fault_rows import command
 
 pytest.importorskip("shtab")
