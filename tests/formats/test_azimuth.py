@@ -43,7 +43,7 @@ def test_every_member_has_words():
 )  # fmt: skip
 def test_other_words_are_none(words):
     assert convention_of(words) is None
-    with pytest.raises(sky.UsageError, match=r"is no convention; write --azimuth-convention \(azimuth_convention=\)"):
+    with pytest.raises(sky.UsageError, match="is no convention"):
         given_convention(words)
 
 

@@ -48,6 +48,10 @@ def questions(points, *lines, **how):
     return caught.value.problems
 
 
+def places(points, *lines, **how):
+    return [f"{one.line}:{one.column} {one.code}" for one in questions(points, *lines, **how)]
+
+
 def test_one_sky_in_many_hands(tmp_path, write):
     """Degrees or radians, zenith or elevation, from north, east or the sun, long or wide: the same points."""
     north = [(z, (90 - a) % 360, nm, v) for z, a, nm, v in ROWS]
@@ -77,15 +81,12 @@ def test_one_sky_in_many_hands(tmp_path, write):
 def test_every_question_has_an_answer_by_option(points):
     """A file that states nothing, and the same with what a caller states: names, units, convention, decimals."""
     rows = [(f"{z:g}", f"{a:g}", "0,443", f"{1000 * v:g},5") for z, a, _, v in ROWS]
-    asked = [one.message for one in questions(points, "vza;vaa;wl;L", rows=rows, delimiter=";")]
-    assert [text.partition(" among")[0] for text in asked] == [
-        f"there is no column of {what}" for what in ("zenith angles", "azimuths", "radiances")
-    ]
+    asked = places(points, "vza;vaa;wl;L", rows=rows, delimiter=";")
+    assert asked == ["1:1 E651"] * 3
     names = {"zenith": "vza", "azimuth": "vaa", "wavelength": "wl", "variable": "L"}
-    asked = [one.message for one in questions(points, "vza;vaa;wl;L", rows=rows, delimiter=";", **names)]
-    for what in ("'vza' is in degrees or", "'vaa' is in degrees or", "azimuths 'vaa' count", "which unit 'wl' is"):
-        assert sum(what in text for text in asked) == 1, what
-    assert sum("has a comma" in text for text in asked) == 8
+    asked = places(points, "vza;vaa;wl;L", rows=rows, delimiter=";", **names)
+    assert asked[:4] == ["1:1 E651", "1:5 E651", "1:5 E651", "1:9 E651"]
+    assert [one[-4:] for one in asked[4:]] == ["E652"] * 8
     units = {"angle_unit": "deg", "wavelength_unit": "um", "radiance_unit": "mW m-2 nm-1 sr-1", "decimal": "comma"}
     how = {**names, **units, "azimuth_convention": "clockwise from north"}
     found = points("vza;vaa;wl;L", rows=rows, delimiter=";", **how)
@@ -102,27 +103,18 @@ def test_arguments_win_over_the_file_and_say_so(points):
     found = points(*lines, sun=(None, 30.0), **how)
     np.testing.assert_allclose(found["sky_azimuth_deg"], [50.0, 140.0, 260.0, 20.0])
     np.testing.assert_allclose(found["radiance"], [5e-5, 4e-5, 3e-5, 2e-5])
-    for said in (
-        "azimuth counterclockwise from the sun in place of 'enu_from_east'",
-        "radiance unit mW/m2/nm/sr in place",
-    ):
-        assert any(remark.startswith(said) for remark in found["remarks"]), said
-    assert "sun azimuth 30.0 in place of '10 clockwise from north' of the file" in found["remarks"]
+    assert sum(" in place of " in remark for remark in found["remarks"]) == 3
 
 
 @pytest.mark.parametrize(
-    ("stated", "why"),
+    "stated",
     [
-        ({"radiance_unit": "lux"}, "radiance unit 'lux' is not known; write --radiance-unit"),
-        ({"azimuth_convention": "south"}, "'south' is no convention; write --azimuth-convention"),
-        ({"angle_unit": "gon"}, "angle_unit must be 'deg' or 'rad'"),
-        ({"wavelength_unit": "cm-1"}, "wavelength unit 'cm-1' is not known"),
-        ({"decimal": ","}, "decimal must be 'point' or 'comma'"),
-        ({"zenith": "a", "elevation": "b"}, "name the same angle"),
+        {"radiance_unit": "lux"}, {"azimuth_convention": "south"}, {"angle_unit": "gon"}, {"wavelength_unit": "cm-1"},
+        {"decimal": ","}, {"zenith": "a", "elevation": "b"},
     ],
-)
-def test_words_of_a_caller_are_those_of_the_table(points, stated, why):
-    with pytest.raises(sky.UsageError, match=why):
+)  # fmt: skip
+def test_words_of_a_caller_are_those_of_the_table(points, stated):
+    with pytest.raises(sky.UsageError):
         points(NORTH, HEAD, **stated)
 
 
@@ -131,12 +123,7 @@ def test_gaps_are_counted_and_said(write):
     head = ["# azimuth: enu_from_east", "zenith_deg,azimuth_deg,wavelength_nm,radiance"]
     measured = sky.read_radiance_csv(write(*head, rows=rows))
     assert len(measured.values[0]) == 4
-    for said in (
-        "3 of 8 radiances are gaps",
-        "1 of 8 radiances are directions below the horizon",
-        "1 radiances without direction or wavelength",
-        "no unit of radiance is stated, so the light is relative (--radiance-unit",
-    ):
+    for said in ("3 of 8 radiances are gaps", "1 of 8 radiances are directions", "1 radiances without direction"):
         assert any(said in remark for remark in measured.remarks), said
 
 
@@ -158,9 +145,9 @@ def test_quoted_cells_hold_separators(points):
 @pytest.mark.parametrize(
     ("values", "asked", "read"),
     [
-        (["829", "1.050", "2.310"], "'1.050' may be 1050", [829.0, 1.05, 2.31]),
-        (["1.050", "2.31", "0.829"], "'1.050' may be 1050", [1.05, 2.31, 0.829]),
-        (["1.050.000", "2.3", "1"], "'1.050.000' ", None),
+        (["829", "1.050", "2.310"], 4, [829.0, 1.05, 2.31]),
+        (["1.050", "2.31", "0.829"], 3, [1.05, 2.31, 0.829]),
+        (["1.050.000", "2.3", "1"], 3, None),
         (["0.829", "12.31", "0.5"], None, [0.829, 12.31, 0.5]),
         (["829", "1050", "2310"], None, [829.0, 1050.0, 2310.0]),
     ],
@@ -172,16 +159,14 @@ def test_a_separator_of_thousands_is_a_question(points, delimiter, values, asked
     head = delimiter.join(HEAD.split(","))
     if asked and (delimiter != "," or read is None):
         first = questions(points, NORTH, head, **how)[0]
-        assert first.message.startswith(asked)
-        assert (first.code, first.line) == ("E652", 3 + next(k for k, one in enumerate(values) if one in asked))
+        assert (first.code, first.line) == ("E652", asked)
     elif not asked:
         np.testing.assert_allclose(points(NORTH, head, **how)["radiance"], read)
     if read is not None:
         np.testing.assert_allclose(points(NORTH, "# decimal: point", head, **how)["radiance"], read)
         np.testing.assert_allclose(points(NORTH, head, decimal="point", **how)["radiance"], read)
     if any("." in value for value in values):
-        problem = questions(points, NORTH, "# decimal: comma", head, **how)[0]
-        assert "has a point, and decimals have commas" in problem.message
+        assert questions(points, NORTH, "# decimal: comma", head, **how)[0].code == "E652"
 
 
 @pytest.mark.parametrize("cell", ["84,302", "84,302.5", "1,084,302"])
@@ -206,47 +191,32 @@ def test_excel_fills_lines_up_and_quotes_them(points):
 
 @pytest.mark.parametrize("name", ["L_1", "L_0.412", "radiance_250000"])
 def test_numbers_in_names_that_are_no_wavelengths_are_a_question(points, name):
-    head = f"zenith_deg,azimuth_deg,{name}"
-    assert "has no wavelength in nm" in questions(points, NORTH, head)[0].message
-    head = "zenith_deg,azimuth_deg,L_412"
-    assert "wavelengths in names are in nm" in questions(points, NORTH, "# wavelength unit: um", head)[0].message
-
-
-def test_commas_are_decimals_where_it_is_stated(points):
-    rows = [(40, 0, '"0,829"'), (50, 90, '"1,050"'), (60, 180, "2")]
-    problems = questions(points, NORTH, HEAD, rows=rows)
-    assert [one.message for one in problems] == ["'0,829' has a comma", "'1,050' has a comma"]
-    np.testing.assert_allclose(points(NORTH, HEAD, rows=rows, decimal="comma")["radiance"], [0.829, 1.05, 2.0])
+    assert places(points, NORTH, f"zenith_deg,azimuth_deg,{name}") == ["2:24 E651"]
+    assert places(points, NORTH, "# wavelength unit: um", "zenith_deg,azimuth_deg,L_412") == ["3:24 E651"]
 
 
 STATED = {
-    "# radiance unit: W m-2 nm-1 sr-1\n# radiance unit: mW m-2 nm-1 sr-1": "'mW m-2 nm-1 sr-1' after 'W m-2 nm-1 sr-1'",
+    "# radiance unit: W m-2 nm-1 sr-1\n# radiance unit: mW m-2 nm-1 sr-1": "3:18",
     "# Radiance_Unit = mW/(m2 nm sr)": {"factor": 0.001},
-    "# radiance unit: hundredths of W m-2 nm-1 sr-1": "is no unit of spectral radiance that is read",
-    "# angle unit: rad": "'rad' beside 'deg' of the column zenith_deg",
+    "# radiance unit: hundredths of W m-2 nm-1 sr-1": "2:18", "# angle unit: rad": "2:15",
     "# angle unit: degree": {},
     "# wavelength: 0.55 um": {"nm": 550.0}, "# wavelength: 5500 angstrom": {"nm": 550.0},
-    "# wavelength: 550": "nothing says in which unit '550' is",
-    "# wavelength: 550\n# wavelength unit: nm": {"nm": 550.0},
-    "# wavelength: 550 nm\n# wavelength unit: um": "'um' beside 'nm' of the column 550 nm",
-    "# wavelength: 0.55 nm": "'0.55 nm' is no wavelength",
-    "# sun zenith: 40\n# sun zenith: 50": "'50' after '40'",
-    "# sun zenith: 40 above the horizon": "does not say where the sun is",
+    "# wavelength: 550": "2:15", "# wavelength: 550\n# wavelength unit: nm": {"nm": 550.0},
+    "# wavelength: 550 nm\n# wavelength unit: um": "3:20", "# wavelength: 0.55 nm": "2:15",
+    "# sun zenith: 40\n# sun zenith: 50": "3:15", "# sun zenith: 40 above the horizon": "2:15",
     "# sun azimuth: 1.5707963268 rad clockwise from south": {"sun": 180.0},
     "# sun azimuth: 200 clockwise from north": {"sun": 250.0}, "% sun azimuth: 200 NORTH_CLOCKWISE": {"sun": 250.0},
-    "# sun azimuth: 200": "'200' does not say where the sun is",
-    "# sun azimuth: 20 clockwise from the sun": "does not say where the sun is",
-    "# decimal: dot": "'dot' is no sign of decimals",
-    "# azimuth: 0 to 360": "'0 to 360' after 'clockwise from north'",
+    "# sun azimuth: 200": "2:16", "# sun azimuth: 20 clockwise from the sun": "2:16",
+    "# decimal: dot": "2:12", "# azimuth: 0 to 360": "2:12",
 }  # fmt: skip
-"""Lines of a head, and what they state or what is wrong with them."""
+"""Lines of a head, and what they state or the place of what is wrong with them."""
 
 
 @pytest.mark.parametrize("lines", STATED)
 def test_lines_of_a_head(points, lines):
     stated = STATED[lines]
     if isinstance(stated, str):
-        assert any(stated in one.message for one in questions(points, NORTH, lines, HEAD))
+        assert f"{stated} E651" in places(points, NORTH, lines, HEAD)
         return
     found = points(NORTH, lines, HEAD)
     assert found["radiance"][0] == 0.05 * stated.get("factor", 1.0)
@@ -256,41 +226,39 @@ def test_lines_of_a_head(points, lines):
     assert found["wavelength_nm"] is None or found["wavelength_nm"][0] == pytest.approx(stated["nm"], rel=1e-15)
 
 
+@pytest.mark.parametrize(
+    "names",
+    [
+        "zenith_gon,azimuth_deg,radiance", "mu,azimuth_deg,radiance", "zenith (deg),azimuth_deg,radiance",
+        "zenith_deg,azimuth_deg,radiance_upwelling", "zenith_deg,azimuth_deg,L_0.44um", "zenith|azimuth|radiance",
+        "zenith_deg,relative_azimuth_deg,radiance", f"Instrument: EKO MS-321LR\n{HEAD}",
+    ],
+)  # fmt: skip
+def test_names_that_are_not_known_are_a_question(points, names):
+    assert places(points, NORTH, names, delimiter="|" if "|" in names else ",")[0] == "2:1 E651"
+
+
 ASKED = {
-    "a gon": (["zenith_gon,azimuth_deg,radiance"], GRID, "no column of zenith angles"),
-    "a cosine": (["mu,azimuth_deg,radiance"], GRID, "no column of zenith angles"),
-    "free names": (["zenith (deg),azimuth_deg,radiance"], GRID, "no column of zenith angles among 'zenith (deg)'"),
-    "upwelling": (["zenith_deg,azimuth_deg,radiance_upwelling"], GRID, "no column of radiances"),
-    "metres": (["zenith_deg,azimuth_deg,L_0.44um"], GRID, "no column of radiances"),
-    "relative azimuths": (["zenith_deg,relative_azimuth_deg,radiance"], GRID, "no column of azimuths"),
-    "names twice": ([HEAD, HEAD], GRID, "'zenith_deg' is not a number"),
-    "letters": ([HEAD], [(40, "N", 1), (50, "E", 1)], "'N' is not a number"),
-    "lines above": (["Instrument: EKO MS-321LR", HEAD], GRID, "no column of zenith angles among 'Instrument: EKO MS"),
-    "bars": (["zenith|azimuth|radiance"], [("|".join(map(str, row)),) for row in GRID], "no column of zenith angles"),
-    "two names": (["zenith_deg,azimuth_deg,azimuth_rad,radiance"], [(*row[:2], *row[1:]) for row in GRID],
-                  "are both azimuth"),
-    "a second 412": (["zenith_deg,azimuth_deg,L_412,L_412.1"], [(*row, 1) for row in GRID], "as pandas has it"),
-    "wavenumbers": (["zenith_deg,azimuth_deg,wavelength_nm,radiance"], [(z, a, 181818, v) for z, a, v in GRID],
-                    "'181818' is no wavelength"),
-    "nines": ([HEAD], [*GRID[:5], (40, 90, "9999.0"), *GRID[6:]], "1 radiance is 9999, and the next one is 170"),
-    "a fill of netCDF": ([HEAD], [*GRID[:5], (40, 90, 9.96921e36), *GRID[6:]], "is beyond all ranges"),
-    **{f"number {value}": ([HEAD], [(10, 0, value), *GRID[1:]], "a gap?") for value in (1e15, 65535.0)},
-    "upwards": ([HEAD], [*((180 - z, a, v) for z, a, v in GRID), *((90, a, 1) for a in (0, 120, 240))],
-                "no direction is above the horizon"),
-    "not available": ([HEAD], [(10, 0, "NA"), *GRID[1:]], "'NA' is not a number"),
-}  # fmt: skip
-"""Names of columns, rows, and the question."""
+    "names twice": ("3:1 E652", [HEAD, HEAD], GRID),
+    "letters": ("3:4 E652", [HEAD], [(40, "N", 1), (50, "E", 1)]),
+    "two names": ("2:24 E651", ["zenith_deg,azimuth_deg,azimuth_rad,radiance"], [(*row[:2], *row[1:]) for row in GRID]),
+    "wavenumbers": (
+        "3:6 E653",
+        ["zenith_deg,azimuth_deg,wavelength_nm,radiance"],
+        [(z, a, 181818, v) for z, a, v in GRID],
+    ),
+    "a fill of netCDF": ("8:7 E652", [HEAD], [*GRID[:5], (40, 90, 9.96921e36), *GRID[6:]]),
+    **{f"number {value}": ("3:6 E653", [HEAD], [(10, 0, value), *GRID[1:]]) for value in (1e15, 65535.0)},
+    "upwards": ("2:1 E651", [HEAD], [*((180 - z, a, v) for z, a, v in GRID), *((90, a, 1) for a in (0, 120, 240))]),
+    "not available": ("3:6 E652", [HEAD], [(10, 0, "NA"), *GRID[1:]]),
+}
+"""The place and the code of the question, names of columns, and rows."""
 
 
 @pytest.mark.parametrize("name", ASKED)
 def test_names_and_rows_that_are_a_question(points, name):
-    lines, rows, asked = ASKED[name]
-    assert any(asked in one.message for one in questions(points, NORTH, *lines, rows=rows))
-
-
-def test_the_nearest_name_is_offered(points):
-    (first,) = [one for one in questions(points, NORTH, "zenith (deg),azimuth_deg,radiance") if "zenith" in one.message]
-    assert "write --coordinate 'zenith=zenith (deg)' (zenith=)" in first.advice
+    place, lines, rows = ASKED[name]
+    assert place in places(points, NORTH, *lines, rows=rows)
 
 
 def test_other_wavelengths_side_by_side_are_read(points):
@@ -301,8 +269,7 @@ def test_other_wavelengths_side_by_side_are_read(points):
 
 
 def test_what_is_not_used_is_named(points):
-    rows = [(*row, *range(7)) for row in POINTS]
-    found = points(NORTH, f"{HEAD},radiance_std,temp,a,b,c,d,e", rows=rows)
+    found = points(NORTH, f"{HEAD},radiance_std,temp,a,b,c,d,e", rows=[(*row, *range(7)) for row in POINTS])
     assert "not used: columns radiance_std, temp, a, b, c and 2 more" in found["remarks"]
     assert not any(one.startswith("not used") for one in points(NORTH, HEAD)["remarks"])
 
@@ -319,7 +286,9 @@ def test_a_fill_a_rounded_horizon_and_the_zenith(points):
     assert not any("left out" in remark for remark in found["remarks"])
 
 
-@pytest.mark.parametrize(("nines", "is_asked"), [("999.9", True), ("9999.99", True), ("99.9", False), ("1000", False)])
+@pytest.mark.parametrize(
+    ("nines", "is_asked"), [("999.9", True), ("9999.0", True), ("9999.99", True), ("99.9", False), ("1000", False)]
+)
 def test_nines_with_decimals_are_a_question_too(points, nines, is_asked):
     """One direction has the nines, others 110 to 170; at another wavelength radiances are larger than the nines."""
     rows = [*GRID[:5], (40, 90, nines), *GRID[6:]]
@@ -334,19 +303,15 @@ def test_nines_with_decimals_are_a_question_too(points, nines, is_asked):
             points(NORTH, head, rows=made)
             continue
         (problem,) = questions(points, NORTH, head, rows=made)
-        assert problem.message.startswith(f"1 radiance is {nines}, and the next one is 170; is")
-        assert "40,90," in problem.text
+        assert (problem.code, problem.text[:6]) == ("E653", "40,90,")
 
 
 def test_a_scan_that_is_repeated_has_its_mean_and_two_channels_are_refused(write):
     again = sky.read_radiance_csv(write(NORTH, HEAD, rows=[*GRID, *((z, a, 1.05 * value) for z, a, value in GRID)]))
-    said = "12 of 12 directions come more than once, with radiances that differ by up to 4.8 %; they count with their"
-    assert any(one.startswith(said) for one in again.remarks)
-    twice = write(
-        NORTH, "zenith_deg,azimuth_deg,channel,radiance", rows=[(z, a, k, v * k) for z, a, v in GRID for k in (1, 2)]
-    )
-    with pytest.raises(sky.InputFileError, match=r"12 of 12 directions come more than once.*up to 50 %"):
-        sky.read_radiance_csv(twice)
+    assert any(one.startswith("12 of 12 directions come more than once") for one in again.remarks)
+    channels = [(z, a, k, v * k) for z, a, v in GRID for k in (1, 2)]
+    with pytest.raises(sky.InputFileError, match="E654"):
+        sky.read_radiance_csv(write(NORTH, "zenith_deg,azimuth_deg,channel,radiance", rows=channels))
 
 
 @pytest.mark.parametrize("comments", [(), ("# written by a program",)])
@@ -366,11 +331,10 @@ def test_files_of_other_encodings(write):
     text = path.read_text(encoding="utf-8")
     for encoding in ("utf-8", "utf-8-sig", "latin-1", "cp1252"):
         path.write_bytes(text.encode(encoding))
-        np.testing.assert_allclose(
-            read_radiance_points(path, Stated())[0]["radiance"], [5e-4, 4e-4, 3e-4, 2e-4], rtol=1e-12
-        )
+        found = read_radiance_points(path, Stated())[0]["radiance"]
+        np.testing.assert_allclose(found, [5e-4, 4e-4, 3e-4, 2e-4], rtol=1e-12)
     path.write_bytes(text.encode("utf-16"))
-    with pytest.raises(sky.InputFileError, match=r"the file is UTF-16\n") as caught:
+    with pytest.raises(sky.InputFileError, match="E101") as caught:
         read_radiance_points(path, Stated())
     assert len(caught.value.problems) == 1
 
@@ -389,14 +353,8 @@ def test_good_files():
 def test_the_page_shows_the_vocabulary():
     """Every name of a coordinate and every key stands on the page of measured skies."""
     page = (REPOSITORY / "docs" / "howto" / "measured_sky.md").read_text(encoding="utf-8")
-    for word in (
-        *KEYS,
-        *(name for name in NAMES if "_" not in name),
-        "radiance_q",
-        "L_412",
-        "wavelength_um",
-        "azimuth_rad",
-    ):
+    names = [name for name in NAMES if "_" not in name]
+    for word in (*KEYS, *names, "radiance_q", "L_412", "wavelength_um", "azimuth_rad"):
         assert word in page, word
 
 

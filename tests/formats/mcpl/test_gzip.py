@@ -71,36 +71,27 @@ def with_count(data, n):
 
 GOOD = good(2000)
 PACKED = gzip.compress(GOOD, mtime=0)
-ENDS, DAMAGED = "the compressed file ends in the middle", "the compressed file is damaged: "
 BROKEN = {
-    "cut": (PACKED[:-9], "E806", ENDS),
-    "cut in the check sum": (PACKED[:-3], "E806", ENDS),
-    "cut in the head": (gzip.compress(good(), 0)[:40], "E806", ENDS),
-    "two bytes": (b"\x1f\x8b", "E806", ENDS),
-    "a byte of the check sum": (PACKED[:-8] + bytes([PACKED[-8] ^ 1]) + PACKED[-7:], "E806", f"{DAMAGED}CRC check"),
-    "a byte of the length": (PACKED[:-1] + b"\x7f", "E806", f"{DAMAGED}Incorrect length of data produced"),
-    "no deflate": (PACKED[:10] + b"\xff" * 50, "E806", f"{DAMAGED}-3 while decompressing"),
-    "another method": (b"\x1f\x8b\x07" + PACKED[3:], "E806", f"{DAMAGED}Unknown compression"),
-    "more behind it": (PACKED + b"more", "E806", f"{DAMAGED}Not a gzipped file"),
-    "nothing packed": (gzip.compress(b""), "E802", "an MCPL file begins with 'MCPL', 002 or 003"),
-    "no mcpl": (gzip.compress(b"text" * 100), "E802", "an MCPL file begins with 'MCPL'"),
-    "packed twice": (gzip.compress(PACKED), "E802", "the file is compressed with gzip twice"),
-    "a record too few": (gzip.compress(GOOD[:-5]), "E804", "the header says 2000, the file holds 1999 records"),
-    "a record too many": (gzip.compress(GOOD + bytes(32)), "E804", "the header says 2000, the file holds more"),
-    "never closed": (gzip.compress(with_count(GOOD, 0)), "E804", "the header says 0, the file holds more"),
-    "ten to the 18": (gzip.compress(with_count(GOOD, 10**18)), "E804", f"the header says {10**18}, the file holds 20"),
+    "cut": ("E806", PACKED[:-9]), "cut in the check sum": ("E806", PACKED[:-3]),
+    "cut in the head": ("E806", gzip.compress(good(), 0)[:40]), "two bytes": ("E806", b"\x1f\x8b"),
+    "a byte of the check sum": ("E806", PACKED[:-8] + bytes([PACKED[-8] ^ 1]) + PACKED[-7:]),
+    "a byte of the length": ("E806", PACKED[:-1] + b"\x7f"), "no deflate": ("E806", PACKED[:10] + b"\xff" * 50),
+    "another method": ("E806", b"\x1f\x8b\x07" + PACKED[3:]), "more behind it": ("E806", PACKED + b"more"),
+    "nothing packed": ("E802", gzip.compress(b"")), "no mcpl": ("E802", gzip.compress(b"text" * 100)),
+    "packed twice": ("E802", gzip.compress(PACKED)), "a record too few": ("E804", gzip.compress(GOOD[:-5])),
+    "a record too many": ("E804", gzip.compress(GOOD + bytes(32))),
+    "never closed": ("E804", gzip.compress(with_count(GOOD, 0))),
+    "ten to the 18": ("E804", gzip.compress(with_count(GOOD, 10**18))),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_broken_packed_files_have_their_code(name, tmp_path):
-    data, code, words = BROKEN[name]
-    path = tmp_path / "x.mcpl.gz"
-    path.write_bytes(data)
+    code, data = BROKEN[name]
+    (tmp_path / "x.mcpl.gz").write_bytes(data)
     with pytest.raises(InputFileError) as caught:
-        check_mcpl(path)
-    (problem,) = caught.value.problems
-    assert (problem.code, problem.message[: len(words)]) == (code, words)
+        check_mcpl(tmp_path / "x.mcpl.gz")
+    assert [problem.code for problem in caught.value.problems] == [code]
 
 
 def bomb(path, head, n_bytes):
@@ -129,14 +120,13 @@ readers = (read_some,)
 @pytest.mark.parametrize("kind", ["many records", "endless comment", "many comments"])
 def test_bombs_cost_little(kind, tmp_path):
     """256 MiB in a quarter of a megabyte: records stream through, and a head ends where heads end."""
-    path, n_bytes = tmp_path / "x.mcpl.gz", 1 << 28
-    head = encode_header(HEADER)
-    if kind == "many records":
-        bomb(path, with_count(head, n_bytes // HEADER.record.itemsize), n_bytes)
-    elif kind == "endless comment":
-        bomb(path, head[:56] + struct.pack("<I", n_bytes), n_bytes)
-    else:
-        bomb(path, head[:16] + struct.pack("<I", n_bytes // 4) + head[20:48], n_bytes)
+    path, n_bytes, head = tmp_path / "x.mcpl.gz", 1 << 28, encode_header(HEADER)
+    heads = {
+        "many records": with_count(head, n_bytes // HEADER.record.itemsize),
+        "endless comment": head[:56] + struct.pack("<I", n_bytes),
+        "many comments": head[:16] + struct.pack("<I", n_bytes // 4) + head[20:48],
+    }
+    bomb(path, heads[kind], n_bytes)
     assert path.stat().st_size < 300_000
     # the whole would be 256 MiB more, and Python with numpy is 50
     assert answers_within_limits(READERS, path) == ["read" if kind == "many records" else "E803"]
