@@ -61,10 +61,6 @@ def test_every_file_of_a_format_is_known_by_its_name_and_to_one_format(double):
     assert formats_of(["photons-0001.double", "double", "plan.npz", "counts.csv"]) == {}
 
 
-def test_formats_that_a_run_offers(double):
-    assert run_formats() == ["npy", "mcpl", "raw", "double", SOURCE]
-
-
 _PROGRAM = """
 import sys
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS
@@ -74,7 +70,8 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
-def test_the_command_line_offers_a_new_format(tmp_path):
+def test_a_run_and_the_command_line_offer_a_new_format(double, tmp_path):
+    assert run_formats() == ["npy", "mcpl", "raw", "double", SOURCE]
     words = ["run", INPUTS / "document_example", "--iterations", 10, "--out", tmp_path / "out", "-q"]
     in_environment(_PROGRAM, *words, "--format", "double")
     assert {path.name for path in (tmp_path / "out").iterdir()} >= DOUBLES

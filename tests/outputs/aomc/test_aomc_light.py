@@ -194,12 +194,11 @@ def test_a_difcol_that_is_needed_is_missed(program, tmp_path):
     assert not (folder / "difcol.inp").exists()
 
 
-OTHER_ITERATIONS = "amc.inp (or difcol.inp) has other iterations than day.sky"
 STALE = {
-    "iterations": ("amc.inp", b": 30000", b": 30011", OTHER_ITERATIONS),
-    "intensity": ("difcol.inp", b"0.86 1.00", b"0.86 0.99", OTHER_ITERATIONS),
-    "wavelength": ("lambbot.inp", b"550.0 ", b"551.0 ", "wavelengths of lambbot.inp not in day.sky"),
-    "damage": ("day.sky", b"AOMC-SKY", b"AOMC-SKI", "day.sky: this is not a source file of aomc-sky"),
+    "iterations": ("amc.inp", b": 30000", b": 30011", "has other iterations"),
+    "intensity": ("difcol.inp", b"0.86 1.00", b"0.86 0.99", "has other iterations"),
+    "wavelength": ("lambbot.inp", b"550.0 ", b"551.0 ", "wavelengths of lambbot.inp"),
+    "damage": ("day.sky", b"AOMC-SKY", b"AOMC-SKI", "not a source file"),
 }
 
 
@@ -212,29 +211,26 @@ def said_by(program, folder, n_bands, **environment):
     return done.stderr
 
 
-@pytest.mark.parametrize("name", STALE)
-def test_a_stale_file_gives_no_light(program, tmp_path, name):
+def test_a_stale_file_gives_no_light(program, tmp_path):
     """Another iteration, intensity or wavelength than when day.sky was written."""
     folder = tmp_path / "scene"
     set_up(folder, "perez_sky")
     assert said_by(program, folder, 4) == ""
-    file, old, new, says = STALE[name]
-    content = (folder / file).read_bytes()
-    assert content.count(old) == 1
-    (folder / file).write_bytes(content.replace(old, new))
-    assert f"aomc-sky: {says}" in said_by(program, folder, 4)
+    for file, old, new, says in STALE.values():
+        content = (folder / file).read_bytes()
+        assert content.count(old) == 1
+        (folder / file).write_bytes(content.replace(old, new))
+        assert says in said_by(program, folder, 4)
+        (folder / file).write_bytes(content)
 
 
-def test_another_file_by_its_name(program, tmp_path):
+def test_another_file_by_its_name_and_another_number_of_wavebands(program, tmp_path):
     folder = tmp_path / "scene"
     set_up(folder, "perez_sky")
     (folder / "day.sky").rename(tmp_path / "noon.sky")
     assert "day.sky: the file cannot be read" in said_by(program, folder, 4)
     assert said_by(program, folder, 4, AOMC_SKY_FILE="../noon.sky") == ""
-
-
-def test_another_number_of_wavebands(program, tmp_path):
-    folder = tmp_path / "scene"
+    folder = tmp_path / "two"
     set_up(folder, "beam_only", difcol_inp=TWO_BANDS)
     assert said_by(program, folder, 2) == ""
     (folder / "difcol.inp").write_text("3\n" + 3 * "1.0 1.0\n")

@@ -1,6 +1,5 @@
 """The sky for the AOMC program: read back by the program's rules, it launches our counts and no others."""
 
-import csv
 import dataclasses
 import subprocess
 
@@ -19,7 +18,7 @@ from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.plan.allocation import allocate
 from aomc_sky.skies.tabulated import TabulatedSky, aomc_weight
 from tests.support.fortran import GFORTRAN, compile_reader, needs_gfortran
-from tests.support.shared import DATA, INPUTS
+from tests.support.shared import DATA, INPUTS, csv_rows
 
 
 def launched(program, folder, shape):
@@ -87,10 +86,9 @@ def exported(sky, folder, wavelengths):
 
 def counts_in(folder, shape):
     counts = np.zeros(shape, dtype=np.int64)
-    with (folder / "counts.csv").open(newline="") as file:
-        names = ("waveband", "zenith_index", "azimuth_index", "photons")
-        rows = np.array([[int(row[name]) for name in names] for row in csv.DictReader(file)], int).reshape(-1, 4)
-    counts[rows[:, 0] - 1, rows[:, 1] - 1, rows[:, 2]] = rows[:, 3]
+    for row in csv_rows(folder / "counts.csv"):
+        band, zenith, azimuth = (int(row[name]) for name in ("waveband", "zenith_index", "azimuth_index"))
+        counts[band - 1, zenith - 1, azimuth] = int(row["photons"])
     return counts
 
 
@@ -211,11 +209,8 @@ def test_all_reasons_at_once():
     beam = DirectBeam(sun_zenith_deg=40.4, sun_azimuth_deg=120.6, strength=0.5)
     (disc,) = DirectBeam(sun_zenith_deg=50, radius_deg=0.2665, strength=0.5).lower(ONE)
     both = (beam, dataclasses.replace(disc, name="disc"))
-    refused(
-        Scene(wavebands=ONE, n_photons=20_000_001, components=both).source(2),
-        "waveband 1 has 20000001 photons.*--iterations 16000000; component 'direct'.*--sun-zenith 40 --sun-azimuth "
-        "121; component 'disc'.*disc = false in .sun. of sky.toml$",
-    )
+    source = Scene(wavebands=ONE, n_photons=20_000_001, components=both).source(2)
+    refused(source, "20000001 photons.*'direct'.*--sun-zenith 40 --sun-azimuth 121.*'disc'.*disc = false")
 
 
 def beam_source(**beam):
@@ -311,17 +306,6 @@ def test_counts_that_cannot_be_had_are_an_error_and_never_silent(monkeypatch):
         exact_radiances(np.full((89, 1), 7))
 
 
-def test_compat_runs_keep_the_patches_of_the_program(tmp_path):
-    amc = INPUTS / "document_example" / "amc.inp"
-    source = read_scene(amc, iterations=1000).source(3)
-    first = aomc_sky(source)
-    folder = exported(first, tmp_path, source.plan.wavelength_nm)
-    compat = read_scene(folder, compat="aomc").source()
-    again = aomc_sky(compat)
-    assert np.array_equal(again.counts, first.counts)
-    assert again.notes == ()
-
-
 COMPAT_CASES = [
     ("document_example", 999_999), ("repository_sky", 10), ("repository_sky", 1000), ("repository_sky", 100_000_007),
     ("steep_special_rings", 10_000_000), ("wavelength_order_shuffled", 1000),
@@ -337,8 +321,8 @@ def test_a_compat_run_is_exported_as_the_program_launches_it(tmp_path, program, 
     source = read_scene(folder, compat="aomc", iterations=iterations).source()
     sky = aomc_sky(source)
     assert sky.iterations == iterations
-    with (folder / "totals.csv").open(newline="") as file:
-        totals = [int(row["launched"]) for row in csv.DictReader(file) if int(row["iterations"]) == iterations]
+    rows = csv_rows(folder / "totals.csv")
+    totals = [int(row["launched"]) for row in rows if int(row["iterations"]) == iterations]
     assert sky.counts.sum(axis=(1, 2)).tolist() == source.counts.sum(axis=1).tolist() == totals
     assert ("the program's own rounding" in "".join(sky.notes)) is any(n != iterations for n in totals)
     made = exported(sky, tmp_path, source.plan.wavelength_nm)

@@ -14,15 +14,13 @@ NM = [450.0, 550.0]
 SUN = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 10.0}
 GRID = sky.PatchGrid.regular(4, 8)
 RISING = np.linspace(1.0, 3.0, 32) + np.array([[0.0], [1.0]])
+TABLE = {"wavelength_nm": NM, "values": RISING, "grid": GRID, "weighting": "projected"}
+PEREZ = {**SUN, "epsilon": 3.0, "delta": 0.1, "grid": GRID, "polarisation": sky.RayleighPattern(max_degree=0.7)}
 STOKES = {"values_q": 0.3 * RISING, "values_u": -0.2 * RISING}
 SKIES = {
-    "plain": lambda how: sky.TabulatedSky(wavelength_nm=NM, values=RISING, grid=GRID, weighting="projected", **how),
-    "polarised": lambda how: sky.TabulatedSky(
-        wavelength_nm=NM, values=RISING, grid=GRID, weighting="projected", **STOKES, **how
-    ),
-    "perez": lambda how: sky.PerezSky(
-        **SUN, epsilon=3.0, delta=0.1, grid=GRID, polarisation=sky.RayleighPattern(max_degree=0.7), **how
-    ),
+    "plain": lambda how: sky.TabulatedSky(**TABLE, **how),
+    "polarised": lambda how: sky.TabulatedSky(**TABLE, **STOKES, **how),
+    "perez": lambda how: sky.PerezSky(**PEREZ, **how),
 }
 LIGHT = {"shares": {"strength": 1.0}, "irradiances": {"irradiance_W_m2_nm": [0.5, 0.8]}}
 MORE = {
@@ -32,7 +30,17 @@ MORE = {
 }
 
 
-@pytest.fixture(params=[(a, b, c) for a in SKIES for b in LIGHT for c in MORE], ids=" ".join, scope="module")
+WAYS = [
+    ("plain", "shares", "beam and a second sky"),
+    ("plain", "irradiances", "alone"),
+    ("polarised", "shares", "alone"),
+]
+WAYS += [("polarised", "irradiances", "beam"), ("perez", "irradiances", "beam and a second sky")]
+WAYS += [("perez", "shares", "beam")]
+"""Every pair of two is among them."""
+
+
+@pytest.fixture(params=WAYS, ids=" ".join, scope="module")
 def source(request):
     """A run of a sky on 4 x 8 patches beside other light."""
     name, light, more = request.param
