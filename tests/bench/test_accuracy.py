@@ -47,12 +47,9 @@ def test_time_to_reach_an_error_on_a_straight_line():
     given = rows([10 / math.sqrt(n) for n in photons], photons)
     assert slope_of(np.array(photons), np.array([10 / math.sqrt(n) for n in photons])) == pytest.approx(-0.5)
     near, far = reach_of(given, 0), reach_of(given, 1)
-    assert near.found is Found.BETWEEN
-    assert near.photons == pytest.approx(1e6)
-    assert near.seconds == pytest.approx(1e-2)
-    assert far.found is Found.BEYOND
-    assert far.photons == pytest.approx(1e10)
-    assert far.seconds == pytest.approx(100)
+    assert (near.found, far.found) == (Found.BETWEEN, Found.BEYOND)
+    assert (near.photons, near.seconds) == pytest.approx((1e6, 1e-2))
+    assert (far.photons, far.seconds) == pytest.approx((1e10, 100))
 
 
 def test_floors_are_never_passed_and_a_good_start_is_told():

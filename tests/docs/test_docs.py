@@ -9,6 +9,7 @@ import pytest
 
 import aomc_sky
 from tests.support.shared import REPOSITORY
+from tests.support.type_checker import UNTYPED, complaints
 
 README = (REPOSITORY / "README.md").read_text()
 RUN_COMMAND = (
@@ -58,17 +59,6 @@ def test_every_citation_has_its_entry_and_every_entry_its_citation():
     assert cited == entries
 
 
-def test_decisions_keep_their_numbers():
-    """A record is named by its number, once; the number of one that was withdrawn is not used again."""
-    text = (REPOSITORY / "docs/decisions/index.md").read_text()
-    kept, _, withdrawn = text.partition("## Withdrawn")
-    records = re.split(r"^### (\d+)\. ", kept, flags=re.MULTILINE)[1:]
-    lines = re.findall(r"^- (\d+)(?: and (\d+))?, ", withdrawn, re.MULTILINE)
-    numbers = [int(n) for n in [*records[::2], *(n for pair in lines for n in pair if n)]]
-    assert sorted(numbers) == list(range(1, max(numbers) + 1))
-    assert all("**Decision.**" in record and "**Why.**" in record for record in records[1::2])
-
-
 def test_names_that_the_package_loads_are_those_of_the_stub():
     stub = ast.parse((REPOSITORY / "src/aomc_sky/__init__.pyi").read_text())
     imports = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
@@ -101,3 +91,46 @@ def test_the_newest_version_is_read_in_three_minutes():
     newest = re.split(r"^## ", (REPOSITORY / "CHANGELOG.md").read_text(), flags=re.MULTILINE)[1]
     assert newest.startswith(aomc_sky.__version__) or "(unreleased)" in newest.splitlines()[0]
     assert len(newest.split()) <= 700
+
+
+_BLOCK = re.compile(r"^```(?:\{code-block\} )?python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_NAME = re.compile(r"# ([\w./-]+\.py)\n")
+
+
+def programs():
+    """Programs of README and pages, by the name under which a reader saves them.
+
+    Blocks without a name are one program, that of their page.
+    """
+    found = {}
+    for page in PAGES:
+        parts = []
+        for text in _BLOCK.findall(page.read_text()):
+            if (named := _NAME.match(text)) is None:
+                parts.append(text)
+            else:
+                name = named[1].rpartition("/")[2]
+                assert name not in found, f"{page}: another page has a program of the name {name}"
+                found[name] = text
+        if parts:
+            place = page.relative_to(REPOSITORY).with_suffix("")
+            found["_".join(place.parts).replace("-", "_").lower() + "_page.py"] = "".join(parts)
+    return found
+
+
+def test_every_block_of_python_is_found():
+    text = "\n".join(page.read_text() for page in PAGES)
+    assert len(_BLOCK.findall(text)) == len(re.findall(r"^```.*python", text, re.MULTILINE))
+
+
+@pytest.mark.slow
+def test_programs_of_the_pages_pass_the_type_checker(tmp_path):
+    folder = tmp_path / "programs"
+    folder.mkdir()
+    for name, text in programs().items():
+        (folder / name).write_text(text)
+    assert complaints(folder, *UNTYPED) == []
+    wrong = folder / "mean.py"  # of the README
+    wrong.write_text(wrong.read_text().replace("source(seed=1)", 'source(seed=1, order="backward")'))
+    (line,) = complaints(folder, *UNTYPED)
+    assert "/mean.py:3: error: " in line

@@ -15,15 +15,6 @@ from tests.support.shared import REPOSITORY
 CODE = ("c", "fortran", "cuda", "python")
 
 
-@pytest.mark.slow
-@needs("gcc", "gfortran")
-def test_readme(tmp_path):
-    pytest.importorskip("pvlib")
-    assert carry_out("../README.md", tmp_path) == 5
-    if shutil.which("nvcc"):
-        run(["nvcc", "-fmad=false", f"-I{include_dir()}", "-c", "-o", "kernel.o", "kernel.cu"], tmp_path)
-
-
 def test_every_block_of_the_readme_is_run_and_short():
     """Here or, those of ``sh``, by .ci/run (tests/docs/test_docs.py)."""
     text = (REPOSITORY / "README.md").read_text()
@@ -36,28 +27,23 @@ def test_every_block_of_the_readme_is_run_and_short():
     assert len(text.split()) <= 700
 
 
+def compile_kernel(folder, *options):
+    """Where nvcc is; nothing runs it."""
+    if shutil.which("nvcc"):
+        run(["nvcc", "-fmad=false", f"-I{include_dir()}", *options, "kernel.cu"], folder)
+
+
 @needs("gcc", "gfortran")
 @pytest.mark.slow
 def test_tutorial_after_the_readme_in_one_folder(tmp_path):
-    pytest.importorskip("matplotlib")
     pytest.importorskip("pvlib")
     assert carry_out("../README.md", tmp_path) == 5
+    compile_kernel(tmp_path, "-c", "-o", "kernel.o")
+    pytest.importorskip("matplotlib")
     assert carry_out("tutorial.md", tmp_path) == 13
     pages = [(REPOSITORY / page).read_text() for page in ("README.md", "docs/tutorial.md")]
     saved = [{step.name for step in steps(page) if isinstance(step, SavedFile)} for page in pages]
     assert saved[0].isdisjoint(saved[1])  # so that the programs of both pages go on running
-
-
-@pytest.mark.slow
-def test_page_of_five_tasks(tmp_path):
-    pytest.importorskip("matplotlib")
-    pytest.importorskip("pvlib")
-    assert carry_out("howto/index.md", tmp_path) == 5
-    text = (REPOSITORY / "docs" / "howto" / "index.md").read_text()
-    programs = [step for step in steps(text) if isinstance(step, SavedFile)]
-    lines = {one.name: sum(bool(line.strip()) for line in one.text.splitlines()[1:]) for one in programs}
-    assert len(lines) == 5
-    assert max(lines.values()) <= 10, lines
 
 
 COMMANDS = [
@@ -65,6 +51,7 @@ COMMANDS = [
     ("howto/from_aomc.md", 6, ()),
     ("howto/from_libradtran.md", 3, ("xarray", "h5netcdf")),
     ("formats/mcpl.md", 3, ("mcpl",)),
+    pytest.param("howto/index.md", 5, ("matplotlib", "pvlib"), marks=pytest.mark.slow),
     pytest.param("howto/measured_sky.md", 8, (), marks=pytest.mark.slow),
     pytest.param("howto/weather.md", 17, ("pvlib",), marks=pytest.mark.slow),
     pytest.param("howto/polarised.md", 3, (), marks=pytest.mark.slow),
@@ -101,8 +88,7 @@ def test_page_of_hosts(tmp_path, monkeypatch):
     for name, value in MPI.items():
         monkeypatch.setenv(name, value)
     assert carry_out("hosts.md", tmp_path) == 25
-    if shutil.which("nvcc"):  # compiled where nvcc is; nothing runs it
-        run(["nvcc", "-fmad=false", f"-I{include_dir()}", "-o", "kernel", "kernel.cu"], tmp_path)
+    compile_kernel(tmp_path, "-o", "kernel")
 
 
 def test_page_of_hosts_builds_all_that_it_shows():

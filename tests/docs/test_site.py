@@ -8,6 +8,7 @@ from collections import Counter
 import pytest
 
 import aomc_sky
+from tests.docs.test_docs import PAGES
 from tests.support.public_names import public_names
 from tests.support.shared import REPOSITORY, script
 
@@ -18,7 +19,6 @@ GALLERY = sorted((REPOSITORY / "examples" / "gallery").glob("*.py"))
 
 check_site = script(DOCS / "check_site.py")
 topics = script(DOCS / "extensions" / "topics.py")
-PAGES = [p for p in sorted([*REPOSITORY.glob("*.md"), *DOCS.rglob("*.md")]) if "_build" not in p.parts]
 
 
 def test_every_public_name_stands_in_one_topic_and_every_topic_in_the_overview():
@@ -78,7 +78,6 @@ def site(tmp_path):
 
 
 def test_a_good_site_passes(site):
-    assert check_site.complaints(site) == []
     light, dark = (f'<img class="only-{mode}" alt="figure" src="data:,">' for mode in ("light", "dark"))
     (site / "a.html").write_text(light + dark)
     assert check_site.complaints(site) == []

@@ -16,17 +16,22 @@ PAGE = (REPOSITORY / "docs" / "howto" / "from_libradtran.md").read_text()
 PROGRAMS = {step.name: step.text for step in steps(PAGE) if isinstance(step, SavedFile)}
 
 
-def field_of_the_page(folder, nm="550.0"):
-    """What the second program writes of the output that the first one invents."""
-    for name in ("uvspec_out.py", "uvspec_sky.py"):
-        (folder / name).write_text(PROGRAMS[name].replace("550.0", nm))
-        subprocess.run([sys.executable, name], cwd=folder, check=True)
-    return xarray.load_dataarray(folder / "uvspec.nc", engine="h5netcdf")
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Folder and field of two wavelengths: what the second program writes of the output that the first one invents."""
+    found = []
+    for nm in ("550.0", "650.0"):
+        folder = tmp_path_factory.mktemp("uvspec")
+        for name in ("uvspec_out.py", "uvspec_sky.py"):
+            (folder / name).write_text(PROGRAMS[name].replace("550.0", nm))
+            subprocess.run([sys.executable, name], cwd=folder, check=True)
+        found.append((folder, xarray.load_dataarray(folder / "uvspec.nc", engine="h5netcdf")))
+    return found
 
 
-def test_light_and_directions(tmp_path):
+def test_light_and_directions(made):
     """Bins of equal angles around the directions, as a skydist.inp has them, hold the same light within 1 %."""
-    field = field_of_the_page(tmp_path)
+    folder, field = made[0]
     rings = np.diff(np.sin(np.deg2rad([0, 30, 60, 90])) ** 2) * np.pi
     binned = field.values[0].mean(axis=1) @ rings / 1000
     assert binned == pytest.approx(0.26298, abs=1e-5)
@@ -34,7 +39,7 @@ def test_light_and_directions(tmp_path):
     scene = sky.Scene(wavebands=[550.0], n_photons=100_000, components=[diffuse])
     (light,) = scene.irradiance.of_component[0]
     assert light == pytest.approx(binned, rel=0.01)
-    first_line = (tmp_path / "uvspec.out").read_text().splitlines()[0].split()
+    first_line = (folder / "uvspec.out").read_text().splitlines()[0].split()
     assert light == pytest.approx(float(first_line[2]) / 1000, rel=0.01)
     for phi, azimuth in ((0, 270), (90, 180), (180, 90), (270, 0)):  # south, west, north, east
         near = [k for k, other in enumerate(field.azimuth.values) if abs((other - phi + 180) % 360 - 180) <= 30]
@@ -45,9 +50,8 @@ def test_light_and_directions(tmp_path):
     assert abs(photons.ux.mean(dtype=float)) < 0.005
 
 
-def test_wavelengths_are_joined_as_the_page_says(tmp_path):
+def test_wavelengths_are_joined_as_the_page_says(made):
     assert 'xarray.concat(fields, "wavelength")' in PAGE
-    fields = [field_of_the_page(tmp_path, nm) for nm in ("550.0", "650.0")]
-    joined = xarray.concat(fields, "wavelength")
+    joined = xarray.concat([field for _, field in made], "wavelength")
     table = sky.TabulatedSky.from_xarray(joined, azimuth_convention="clockwise from south")
     assert table.wavelength_nm.tolist() == [550.0, 650.0]

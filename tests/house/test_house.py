@@ -115,8 +115,7 @@ def test_tests_lie_in_the_rooms_of_the_package():
 def test_maps_of_rooms_name_what_is_there():
     """The map in the docstring of a room has a line for each file and folder."""
     for room in [path for path in SOURCE.rglob("__init__.py") if path.parent != SOURCE]:
-        shown = re.findall(
-            r"^([a-z0-9_]+)/? +\S", ast.get_docstring(ast.parse(room.read_text())).partition("\n")[2], re.M
-        )
+        text = ast.get_docstring(ast.parse(room.read_text())).partition("\n")[2]
+        shown = re.findall(r"^([a-z0-9_]+)/? +\S", text, re.MULTILINE)
         parts = [path for path in room.parent.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()]
         assert sorted(shown) == sorted({path.stem for path in parts} - {"__init__"}), room

@@ -23,12 +23,7 @@ def mesh_of(figure):
 
 @pytest.mark.parametrize(
     ("values", "reach", "extend"),
-    [
-        (PULLS, 4.0, "max"),
-        (2 * PULLS, 5.0, "max"),
-        (np.full((2, 3), -30.0), 8.0, "min"),
-        (np.zeros((2, 3)), 4.0, "neither"),
-    ],
+    [(PULLS, 4, "max"), (2 * PULLS, 5, "max"), (np.full((2, 3), -30.0), 8, "min"), (np.zeros((2, 3)), 4, "neither")],
 )
 def test_colours_part_at_zero(values, reach, extend):
     figure = figure_of(pull_picture([("waveband 1", GRID, values)]), size_px=300)
@@ -49,16 +44,14 @@ def test_every_zone_has_its_pull_and_a_pull_of_nothing_is_no_colour():
     assert shown[1, 1] > 1e9  # beyond the end of the bar
     corners = mesh_of(figure).get_coordinates()
     np.testing.assert_allclose(corners[-1, 0], corners[-1, -1], atol=1e-9)  # a whole turn
-    texts = [text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text"))]
-    assert PULL.void in texts
+    assert figure.findobj(lambda artist: hasattr(artist, "get_text") and artist.get_text() == PULL.void)
 
 
 def test_many_maps_are_spread_and_maps_without_pulls_say_so():
     picture = pull_picture([(f"waveband {k}", GRID, PULLS) for k in range(40)])
     assert len(picture.domes) == 12
-    assert picture.domes[-1].title == "waveband 39\nlargest pull +inf"
-    assert "40 wavebands, 12 of them shown." in picture.notes
+    assert picture.domes[-1].title.endswith("largest pull +inf")
+    assert any("12 of them" in note for note in picture.notes)
     even, dark = np.full((2, 3), 0.0049), np.full((2, 3), np.nan)
     picture = pull_picture([("waveband 1", GRID, even), ("waveband 2", GRID, dark)])
-    titles = "waveband 1\nno pull above 0.005", "waveband 2\ntoo few photons for pulls"
-    assert tuple(dome.title for dome in picture.domes) == titles
+    assert [word in dome.title for word, dome in zip(("no pull", "too few"), picture.domes, strict=True)] == [True] * 2

@@ -39,11 +39,8 @@ def texts_of(figure):
 
 
 def marks_of(figure, number=1):
-    return {
-        line.get_gid(): line.get_xydata()[0]
-        for line in dome_axes(figure, number).lines
-        if (line.get_gid() or "").startswith("mark-")
-    }
+    lines = {line.get_gid() or "": line.get_xydata()[0] for line in dome_axes(figure, number).lines}
+    return {name: where for name, where in lines.items() if name.startswith("mark-")}
 
 
 def drawn(*domes, size=300):
@@ -109,8 +106,8 @@ def test_the_azimuth_of_the_sun_may_be_that_of_a_compass():
     for convention in ("north_clockwise", "clockwise from north", sky.AzimuthConvention.NORTH_CLOCKWISE):
         figure = sky.plot(sky.UniformSky(), sun_deg=(60.0, 90.0), azimuth_convention=convention)
         assert marks_of(figure)["mark-sun"] == pytest.approx((60.0, 0.0), abs=1e-9)  # in the east
-    for convention, why in (("compass", "is no convention"), ("clockwise from the sun", "does not count from the sun")):
-        with pytest.raises(UsageError, match=why):
+    for convention in ("compass", "clockwise from the sun"):
+        with pytest.raises(UsageError, match="convention"):
             sky.plot(sky.UniformSky(), sun_deg=(60.0, 90.0), azimuth_convention=convention)
 
 
@@ -191,24 +188,21 @@ def test_each_dome_has_its_own_bar_on_request():
     each = sky.plot(scene_of(400.0, 500.0), show="counts", scale="each")
     assert [mesh_of(shared, k).norm.vmax for k in (1, 2)] == [mesh_of(shared, 1).norm.vmax] * 2
     assert mesh_of(each, 1).norm.vmax < 1e-4 * mesh_of(each, 2).norm.vmax
-    labels = [axes.get_label() for axes in each.axes if "bar" in axes.get_label()]
-    assert labels == ["colour bar 1", "colour bar 2"]
-    assert texts_of(each).count("photons per steradian [sr$^{-1}$], log scale") == 1
+    assert sum("bar" in axes.get_label() for axes in each.axes) == 2
+    assert sum("photons per steradian" in text for text in texts_of(each)) == 1
 
 
 def test_domes_go_into_axes_of_your_own():
     scene, figure = scene_of(400.0, 500.0), Figure(figsize=(8, 4))
     axes = figure.subplots(1, 2)
     assert sky.plot(scene, ax=axes, cmap="magma", norm="linear", limits=(0.0, 3.0)) is figure
-    assert [one.get_title() for one in axes] == ["waveband 1, 400 nm", "waveband 2, 500 nm"]
-    for one in axes:
+    for one, nm in zip(axes, ("400 nm", "500 nm"), strict=True):
         mesh = one.collections[-1]
-        assert (mesh.cmap.name, mesh.norm.vmin, mesh.norm.vmax) == ("magma", 0.0, 3.0)
+        assert (mesh.cmap.name, mesh.norm.vmin, mesh.norm.vmax, nm in one.get_title()) == ("magma", 0.0, 3.0, True)
     figure.colorbar(axes[0].collections[-1], ax=axes)
-    with pytest.raises(UsageError, match="2 domes need as many axes, got 1"):
-        sky.plot(scene, ax=axes[0])
-    with pytest.raises(UsageError, match="yours to save"):
-        sky.plot(scene, "a.png", ax=axes)
+    for path, given in ((None, axes[0]), ("a.png", axes)):  # 1 for 2 domes; a figure that is not ours to save
+        with pytest.raises(UsageError):
+            sky.plot(scene, path, ax=given)
 
 
 def test_a_norm_of_matplotlib_is_taken_and_not_changed():
@@ -219,20 +213,11 @@ def test_a_norm_of_matplotlib_is_taken_and_not_changed():
     assert (norm.gamma, norm.vmin, norm.vmax, given.vmin) == (0.5, 1.0, 12.0, None)
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 5, 7, 10, 12])
-def test_rows_of_domes_leave_no_slot_empty(n):
-    figure = drawn(*[even_dome()] * n)
-    boxes = [dome_axes(figure, k + 1).get_position() for k in range(n)]
-    for bottom in {round(box.y0, 6) for box in boxes}:
-        row = [box for box in boxes if round(box.y0, 6) == bottom]
-        assert row[0].x0 == pytest.approx(1 - row[-1].x1)
-        assert all(right.x0 > left.x1 + 0.01 for left, right in itertools.pairwise(row))
-
-
-@pytest.mark.parametrize("size", [300, 960])
-@pytest.mark.parametrize(("scale", "light"), [("shared", 1.0), ("each", 1.0), ("each", 2e-12)])
+@pytest.mark.parametrize(
+    ("scale", "light", "size"), [("shared", 1.0, 300), ("each", 1.0, 300), ("each", 2e-12, 300), ("each", 2e-12, 960)]
+)
 @pytest.mark.parametrize("n", [1, 3, 5, 12])
-def test_domes_are_round_and_of_one_size_and_fill_the_figure(n, scale, light, size):
+def test_domes_are_round_of_one_size_in_full_rows_and_fill_the_figure(n, scale, light, size):
     """The height of the figure follows from the layout, also where wide numbers of bars make domes narrower."""
     grid, values, marks = PatchGrid.regular(2, 4), light * np.geomspace(1.0, 10.0, 8), (sun_mark(30.0, 0.0),)
     titles = ["\n".join(["waveband"] * (k + 1)) for k in range(n)]
@@ -244,6 +229,11 @@ def test_domes_are_round_and_of_one_size_and_fill_the_figure(n, scale, light, si
     corners = np.array([one.transData.transform([(-90.0, -90.0), (90.0, 90.0)]) for one in axes])
     sizes = corners[:, 1] - corners[:, 0]
     np.testing.assert_allclose(sizes, sizes[0, 0], atol=0.5)
+    boxes = [one.get_position() for one in axes]
+    for bottom in {round(box.y0, 6) for box in boxes}:
+        row = [box for box in boxes if round(box.y0, 6) == bottom]
+        assert row[0].x0 == pytest.approx(1 - row[-1].x1)
+        assert all(right.x0 > left.x1 + 0.01 for left, right in itertools.pairwise(row))
     letters_in = 2 * (0.07 + 0.04 + 0.8 * 10.0 / 72)  # the margin, a gap, E and W
     for one in axes:  # no gap above or below
         assert one.get_position(original=True).height < 1.02 * one.get_position().height
@@ -257,6 +247,7 @@ def test_domes_are_round_and_of_one_size_and_fill_the_figure(n, scale, light, si
 
 
 def test_what_no_patch_covers_has_no_light_either():
+    """Without any light there is no colour bar, and no picture of a scene."""
     bounds = PatchGrid.regular(3, 8)
     cap = PatchGrid(zenith_bounds_deg=bounds.zenith_bounds_deg[:1], azimuth_bounds_deg=bounds.azimuth_bounds_deg)
     figure = sky.plot(np.ones(8), grid=cap, size_px=400)
@@ -265,9 +256,6 @@ def test_what_no_patch_covers_has_no_light_either():
     x, y = dome_axes(figure).transData.transform((0.0, -45.0))
     pixels = np.asarray(figure.canvas.buffer_rgba())
     assert pixels[pixels.shape[0] - int(y), int(x) + 6, :3].tolist() == [0xD4] * 3
-
-
-def test_no_light_is_no_colour_bar_and_no_picture_of_a_scene():
     figure = sky.plot(np.zeros((4, 8)))
     assert [axes.get_label() for axes in figure.axes] == ["dome 1"]
     assert [text.get_text() for text in key_of(figure).get_texts()] == ["no light"]
@@ -287,7 +275,7 @@ def test_numbers_of_the_bar_are_few_and_inside(low, high, most):
         assert len(found) >= 2
 
 
-@pytest.mark.parametrize("size", [300, 400, 640, 960, 2000])
+@pytest.mark.parametrize("size", [300, 640, 2000])
 def test_nothing_is_cut_and_no_labels_touch(size):
     title = "a long title of a picture that has to go into several lines " * 2
     domes = [even_dome(title=f"waveband {k}, 440 nm\nbeam 55 % of the light") for k in range(1, 13)]
@@ -302,8 +290,7 @@ def test_nothing_is_cut_and_no_labels_touch(size):
         texts = [t for t in figure.findobj(lambda a: type(a).__name__ == "Text") if t.get_text() and t.get_visible()]
         boxes = [(text.get_text(), text.get_window_extent()) for text in texts]
         for text, box in boxes:
-            inside = box.x0 >= -1 and box.y0 >= -1 and box.x1 <= width + 1 and box.y1 <= height + 1
-            assert inside, (size, text, box)
+            assert min(box.x0, box.y0, width - box.x1, height - box.y1) >= -1, (size, text, box)
         for (text, box), (other, other_box) in itertools.combinations(boxes, 2):
             assert not other_box.shrunk(0.98, 0.8).overlaps(box.shrunk(0.98, 0.8)), (size, text, other)
 
@@ -321,10 +308,8 @@ def test_every_ring_has_its_degrees_and_lines_of_letters_stay_inside(pt, size, n
         assert below["90°"].get_fontsize() == pytest.approx(0.8 * below["S"].get_fontsize())
         boxes = sorted((text.get_window_extent() for text in below.values()), key=lambda box: box.x0)
         assert all(right.x0 - left.x1 >= 1.0 for left, right in itertools.pairwise(boxes)), list(below)
-        n_marks = sum(
-            len(line.get_xdata()) == 2 and line.get_xdata()[0] == line.get_xdata()[1] > 0 for line in axes.lines
-        )
-        assert n_marks == 3
+        upright = [line.get_xdata() for line in axes.lines if len(line.get_xdata()) == 2]
+        assert sum(x[0] == x[1] > 0 for x in upright) == 3
     caption = next(text for text in figure.texts if "north (+y)" in text.get_text())
     key = key_of(figure)
     (strokes,) = key.legend_handles
@@ -334,11 +319,10 @@ def test_every_ring_has_its_degrees_and_lines_of_letters_stay_inside(pt, size, n
     assert x - half >= 0
     for text in (*key.get_texts(), figure.axes[n].xaxis.label):
         box = text.get_window_extent()
-        assert box.x0 >= 0
-        assert box.x1 <= size
+        assert 0 <= box.x0 < box.x1 <= size
 
 
-@pytest.mark.parametrize("size", [300, 320, 640, 960])
+@pytest.mark.parametrize("size", [300, 640])
 def test_the_word_azimuth_does_not_touch_its_number(size):
     figure = drawn(even_dome(), size=size)
     figure.canvas.draw()
@@ -349,8 +333,10 @@ def test_the_word_azimuth_does_not_touch_its_number(size):
     assert np.diff(rows).max() >= 3  # two empty rows between the lines
 
 
-@pytest.mark.parametrize(("n", "pt"), [(1, 10.0), (2, 10.0), (3, 10.0), (2, 7.0)])
-@pytest.mark.parametrize("layout", ["constrained", None])
+@pytest.mark.parametrize(
+    ("n", "pt", "layout"),
+    [(1, 10.0, "constrained"), (2, 10.0, None), (3, 10.0, "constrained"), (2, 7.0, "constrained"), (1, 10.0, None)],
+)
 def test_titles_of_your_own_axes_hold_at_84_mm(n, pt, layout):
     scene = sky.Scene(wavebands=[400.0, 500.0, 600.0], n_photons=10, components="uniform")
     with rc_context({"font.size": pt}):
@@ -363,8 +349,7 @@ def test_titles_of_your_own_axes_hold_at_84_mm(n, pt, layout):
     for one, box in zip(axes, boxes, strict=True):
         words = "waveband" if n > 1 else "Clear sky of Perez"
         assert words in one.get_title()
-        assert box.x0 >= 0
-        assert box.x1 <= figure.bbox.x1
+        assert 0 <= box.x0 < box.x1 <= figure.bbox.x1
         assert box.y1 <= figure.bbox.y1 or layout is None
         assert one.title.get_fontsize() >= 0.6 * 1.2 * pt
     assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))
@@ -413,7 +398,7 @@ def _brightness(colour, below=None):
     return float(linear @ (0.2126, 0.7152, 0.0722))
 
 
-@pytest.mark.parametrize("style", ["default", "dark_background", "ggplot", "fivethirtyeight", "grayscale"])
+@pytest.mark.parametrize("style", ["default", "dark_background", "ggplot"])
 def test_letters_can_be_read_in_any_style_of_the_user(style):
     """Letters were white on white in dark_background; 4.5 is the contrast that WCAG asks of small letters."""
     import matplotlib.style

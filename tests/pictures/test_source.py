@@ -52,7 +52,7 @@ def test_a_beam_is_a_mark_and_not_in_the_colours():
     assert picture.domes[0].values == pytest.approx([0.25 / np.pi])
     assert "beam 75 % of the light" in picture.domes[0].title
     counts = source_picture(source, show="counts")
-    assert counts.domes[0].title.endswith("1 000 photons, 750 in the beam")
+    assert "750 in the beam" in counts.domes[0].title
     assert float(counts.domes[0].values[0] * 2 * np.pi) == pytest.approx(250)
     picture = source_picture(source_of(sky.DirectBeam(sun_zenith_deg=30.0)))
     assert picture.domes[0].values.tolist() == [0.0]
@@ -126,6 +126,4 @@ def test_whole_degrees_of_the_program_are_drawn_as_the_degrees_around_them():
 def test_at_most_twelve_bands_are_chosen_by_themselves(n):
     chosen = spread(range(n))
     assert len(chosen) == min(n, 12)
-    assert chosen[0] == 0
-    assert chosen[-1] == n - 1
-    assert sorted(set(chosen)) == chosen
+    assert (chosen[0], chosen[-1], sorted(set(chosen))) == (0, n - 1, chosen)
