@@ -110,8 +110,8 @@ def test_scenes_take_models_as_they_are(model):
 
 
 def by_quadrature(name, k):
-    """Lobes with a horizon in them, and air, have kinks: quadrature to 1e-10 takes seconds there, or half a minute."""
-    marks = pytest.mark.slow if name == "atmosphere" or (k > 0 and name == "lobes") else ()
+    """One of each quick model: where there are kinks, quadrature to 1e-10 takes seconds, or half a minute."""
+    marks = pytest.mark.slow if k > 0 or name in ("atmosphere", "cie", "harrison-coombes") else ()
     return pytest.param((name, k), marks=marks, id=f"{name}-{k}")
 
 

@@ -4,6 +4,7 @@
 thin beside its ground's radius that no table can tell it from flat layers; `exponential` and `uniform` take any size.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ OZONE_KINKS_M = np.array([8e3, 21.5e3, 39e3])
 OZONE_M2 = {400: 1.1e-26, 450: 1.8e-26, 500: 1.8e-25, 550: 3.3e-25, 600: 4.9e-25, 700: 1.6e-25}
 OZONE_SAMPLE_M2 = {400: 1.1e-26, 500: 1.8e-25, 600: 4.5e-25, 700: 1.6e-25}
 PEAK_NORM = 0.99947938
+THICKNESS_M = 100.0
 
 
 def rayleigh_phase(mu, row):
@@ -100,7 +102,7 @@ def medium_of(
     n_orders=40,
 ):
     """A medium under a sun of irradiance 1 at every wavelength."""
-    wavelengths = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    wavelengths = _nm(wavelength_nm)
     return Medium(
         earth_radius_m=earth_radius_m,
         top_m=top_m,
@@ -113,25 +115,28 @@ def medium_of(
     )
 
 
+def _nm(wavelength_nm):
+    return np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+
+
 def molecules_only(wavelength_nm, albedo=0.0):
-    w = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
-    return medium_of([molecules(w)], w, albedo=albedo)
+    return medium_of([molecules(_nm(wavelength_nm))], wavelength_nm, albedo=albedo)
 
 
 def mol_ozone(wavelength_nm, albedo=0.0, ozone_m2=None):
-    w = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    w = _nm(wavelength_nm)
     return medium_of([molecules(w), ozone(w, ozone_m2)], w, albedo=albedo)
 
 
 def full(wavelength_nm, albedo=0.0, ozone_m2=None):
     """Case `full` of the reference tables: molecules, peaked aerosol, ozone."""
-    w = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    w = _nm(wavelength_nm)
     return medium_of([molecules(w), aerosol(w), ozone(w, ozone_m2)], w, albedo=albedo)
 
 
 def sample(wavelength_nm, albedo=0.0):
     """`full` as in calcmysky_sample.csv: its ozone, and an aerosol of integral PEAK_NORM."""
-    w = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    w = _nm(wavelength_nm)
     ozone_m2 = [OZONE_SAMPLE_M2[round(x)] for x in w]
     return medium_of([molecules(w), aerosol(w, sample_aerosol_phase), ozone(w, ozone_m2)], w, albedo=albedo)
 
@@ -147,26 +152,48 @@ class Layer:
     tau_absorber: float = 0.0
 
 
-def _slab(name, low_m, high_m, taus, phase):
-    """Between two altitudes, uniform: scattering and absorption optical depth."""
-    scattering, absorption = (np.array([tau]) for tau in taus)
-    density = lambda h: ((h >= low_m) & (h < high_m)) / (high_m - low_m)  # noqa: E731
-    return _part(name, density, scattering, absorption, phase if taus[0] > 0 else None, np.array([low_m, high_m]))
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Layers:
+    optical_depth: np.ndarray  #: (n_layer,) extinction of each layer from the top. [>= 0]
+    #: (n_kind, n_layer) single-scattering albedo that each kind of particle adds. [0 to 1; sum over the kinds <= 1]
+    scattering: np.ndarray
+    #: n_kind of them: cosines of scattering angles (n,) to the phase function (n,), of integral 1 over the sphere.
+    #: [sr-1]
+    phases: tuple[Callable[[np.ndarray], np.ndarray], ...]
+
+
+def flat_medium(layers, albedo, n_orders=40):
+    """The layers over a ground of radius 1e14 m: flat to 1e-8 for cosines above 0.02."""
+    n = len(layers.optical_depth)
+    edges = THICKNESS_M * np.arange(1.0, n)
+
+    def density(depth):
+        per_m = np.asarray(depth)[::-1] / THICKNESS_M
+        return lambda h: per_m[np.clip(np.searchsorted(edges, h, side="right"), 0, n - 1)]
+
+    shares = [*layers.scattering, 1.0 - np.sum(layers.scattering, axis=0)]
+    laws = [*((lambda mu, row, law=law: law(mu)) for law in layers.phases), None]
+    cross_section = {True: np.ones(1), False: np.zeros(1)}
+    parts = [
+        _part(
+            f"kind {k}", density(layers.optical_depth * share), cross_section[law is not None],
+            cross_section[law is None], law, edges,
+        )
+        for k, (share, law) in enumerate(zip(shares, laws, strict=True))
+        if np.any(share > 1e-12)
+    ]  # fmt: skip
+    return medium_of(parts, 550.0, albedo=albedo, earth_radius_m=1e14, top_m=n * THICKNESS_M, n_orders=n_orders)
 
 
 def plane_parallel(layers_from_top, albedo=0.0):
-    """Uniform layers of 100 m over a ground of radius 1e14 m: flat to 1e-8 for cosines above 0.02."""
-    parts = []
-    n = len(layers_from_top)
-    for k, layer in enumerate(layers_from_top):
-        low, high = 100.0 * (n - 1 - k), 100.0 * (n - k)
-        phase = henyey_greenstein_phase(layer.g)
-        hg = (layer.tau_hg * layer.omega_hg, layer.tau_hg * (1 - layer.omega_hg))
-        parts.append(_slab(f"rayleigh{k}", low, high, (layer.tau_rayleigh, 0.0), rayleigh_phase))
-        parts.append(_slab(f"hg{k}", low, high, hg, phase))
-        parts.append(_slab(f"absorber{k}", low, high, (0.0, layer.tau_absorber), None))
-    kept = [part for part in parts if part.scattering_m2[0] + part.absorption_m2[0] > 0]
-    return medium_of(kept, 550.0, albedo=albedo, earth_radius_m=1e14, top_m=100.0 * n)
+    """A stack of `Layer`, the topmost first."""
+    rows = [[one.tau_rayleigh, one.tau_hg, one.omega_hg, one.tau_absorber] for one in layers_from_top]
+    rayleigh, hg, omega, absorber = np.array(rows, dtype=np.float64).T
+    tau = rayleigh + hg + absorber
+    laws = [henyey_greenstein_phase(one.g) for one in layers_from_top]
+    phases = [lambda mu: rayleigh_phase(mu, 0), *(lambda mu, law=law: law(mu, 0) for law in laws)]
+    scattering = np.vstack([rayleigh / tau, np.diag(hg * omega / tau)])
+    return flat_medium(Layers(optical_depth=tau, scattering=scattering, phases=tuple(phases)), albedo)
 
 
 def _one_gas(density, tau, omega, phase, **medium):

@@ -29,12 +29,12 @@ _READERS = ForkServer(
 )
 
 
-def answers_within_limits(readers, path, *, most_mb=MOST_MB):
+def answers_within_limits(readers, path):
     """What each of the readers says of a file, "read" or the code of its first problem, at little cost."""
     done = _READERS.run(f"{readers}\n{_PROBE}", path)
     assert done.code == 0, done.err
     *lines, peak_mb = done.out.splitlines()
     answers = [line.split() for line in lines]
     assert all(float(seconds) < MOST_CPU_S for _, seconds in answers), answers
-    assert float(peak_mb) < most_mb
+    assert float(peak_mb) < MOST_MB
     return [answer for answer, _ in answers]

@@ -33,24 +33,15 @@ class Oracle:
         self._lib.mcpl_read.restype = ctypes.c_void_p
         text, number = ctypes.c_char_p, ctypes.c_void_p
         types = {
-            "mcpl_create_outfile": [text],
-            "mcpl_hdr_set_srcname": [_File, text],
-            "mcpl_hdr_add_comment": [_File, text],
-            "mcpl_hdr_add_data": [_File, text, ctypes.c_uint32, text],
-            "mcpl_hdr_add_stat_sum": [_File, text, ctypes.c_double],
-            "mcpl_enable_userflags": [_File],
-            "mcpl_enable_polarisation": [_File],
-            "mcpl_enable_doubleprec": [_File],
-            "mcpl_enable_universal_pdgcode": [_File, ctypes.c_int32],
-            "mcpl_enable_universal_weight": [_File, ctypes.c_double],
-            "mcpl_add_particle": [_File, number],
-            "mcpl_close_outfile": [_File],
-            "mcpl_open_file": [text],
-            "mcpl_read": [_File],
-            "mcpl_close_file": [_File],
-        }
+            "create_outfile": [text], "hdr_set_srcname": [_File, text], "hdr_add_comment": [_File, text],
+            "hdr_add_data": [_File, text, ctypes.c_uint32, text], "hdr_add_stat_sum": [_File, text, ctypes.c_double],
+            "enable_userflags": [_File], "enable_polarisation": [_File], "enable_doubleprec": [_File],
+            "enable_universal_pdgcode": [_File, ctypes.c_int32], "enable_universal_weight": [_File, ctypes.c_double],
+            "add_particle": [_File, number], "close_outfile": [_File],
+            "open_file": [text], "read": [_File], "close_file": [_File],
+        }  # fmt: skip
         for name, arguments in types.items():
-            getattr(self._lib, name).argtypes = arguments
+            getattr(self._lib, f"mcpl_{name}").argtypes = arguments
 
     def write(self, path, header, blocks):
         """Write a .mcpl file from arrays of `PARTICLE`, one by one; the head's number of particles is counted anew."""
@@ -61,12 +52,10 @@ class Oracle:
             self._comment(file, comment)
         for key, data in header.blobs:
             lib.mcpl_hdr_add_data(file, key.encode(), len(data), data)
-        if header.has_user_flags:
-            lib.mcpl_enable_userflags(file)
-        if header.has_polarisation:
-            lib.mcpl_enable_polarisation(file)
-        if header.is_double:
-            lib.mcpl_enable_doubleprec(file)
+        switches = {"userflags": "has_user_flags", "polarisation": "has_polarisation", "doubleprec": "is_double"}
+        for name, field in switches.items():
+            if getattr(header, field):
+                getattr(lib, f"mcpl_enable_{name}")(file)
         if header.pdg_code:
             lib.mcpl_enable_universal_pdgcode(file, header.pdg_code)
         if header.weight:
@@ -105,9 +94,8 @@ def particles_of(batch):
     particles = np.zeros(len(batch), PARTICLE)
     particles["ekin"] = MEV_NM / batch.wavelength_nm
     particles["direction"] = batch.directions
-    if batch.x is not None and batch.y is not None:
-        particles["position"][:, 0] = 100 * batch.x.astype(np.float64)
-        particles["position"][:, 1] = 100 * batch.y.astype(np.float64)
+    if batch.x is not None:
+        particles["position"][:, :2] = 100 * np.stack([batch.x, batch.y], axis=1).astype(np.float64)
     particles["weight"] = 1.0 if batch.weight is None else batch.weight
     particles["pdgcode"] = PHOTON
     particles["userflags"] = (batch.band + 1) * MAX_CELLS + batch.patch

@@ -25,7 +25,6 @@ sys.stdout.flush()
 status = dict(line.split(":", 1) for line in open("/proc/self/status"))
 with open(peak_file, "w") as file:
     print(int(status["VmHWM"].split()[0]) / 1024, file=file)
-    print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024, file=file)
 sys.exit(code)
 """
 _COMMANDS = ForkServer("aomc_sky.cli.main", "numpy")
@@ -54,21 +53,20 @@ _NUMBA = ForkServer("numba", "numba.core.caching", "numba.core.ccallback")
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Ended:
-    """How a process ended: exit code (negative for a signal), both streams, peaks of its memory. [MB]"""
+    """How a process ended: exit code (negative for a signal), both streams, the peak of its memory. [MB]"""
 
     code: int
     out: str
     err: str
     peak_mb: float
-    children_mb: float
 
 
-def limited(folder, *words, cpu_s=MOST_CPU_S):
+def limited(folder, *words):
     """Run the command inside a folder under a limit on its processor time; a process that waits is killed, too."""
     peak = folder / ".peak"
-    done = _COMMANDS.run(_LIMITED, int(cpu_s), peak, *words, folder=folder)
-    own, children = map(float, peak.read_text().split()) if peak.exists() else (math.nan, math.nan)
-    return Ended(code=done.code, out=done.out, err=done.err, peak_mb=own, children_mb=children)
+    done = _COMMANDS.run(_LIMITED, int(MOST_CPU_S), peak, *words, folder=folder)
+    peak_mb = float(peak.read_text()) if peak.exists() else math.nan
+    return Ended(code=done.code, out=done.out, err=done.err, peak_mb=peak_mb)
 
 
 def start(*words, **how):

@@ -2,12 +2,8 @@
 
 import json
 import shutil
-from typing import TYPE_CHECKING
 
 from tests.support.shared import INPUTS, REPOSITORY
-
-if TYPE_CHECKING:
-    pass
 
 
 def copy_scene(name, folder):
@@ -26,11 +22,17 @@ def coarse_atmosphere(folder):
 
 
 def change_config(amc_inp, **values):
-    from dataclasses import replace
+    """Write other values of some fields into an amc.inp of 30 lines."""
+    from aomc_sky.formats.aomc.amc import fields_of_layout
 
-    from aomc_sky.formats.aomc.amc import read_amc
-
-    write_amc(replace(read_amc(amc_inp), **values), amc_inp)
+    lines = amc_inp.read_text().splitlines()
+    places = {
+        field.name: (k, int if field.decimals is None else float) for k, field in enumerate(fields_of_layout(False))
+    }
+    for name, value in values.items():
+        k, kind = places[name]
+        lines[k] = f"{lines[k][:48]}{kind(value)}"
+    amc_inp.write_text("\n".join([*lines, ""]))
 
 
 def scene_with_circle(folder):
@@ -40,24 +42,6 @@ def scene_with_circle(folder):
     amc = copy_scene("document_example", folder)
     change_config(amc, footprint=FootprintCode.CIRCLE, circle_diameter_m=4.0)
     return amc
-
-
-def write_amc(config, path):
-    """Write amc.inp in the program's layout; `use_polar_cap` None chooses the 30-line one."""
-    from aomc_sky.formats.aomc.amc import FIRST_COLUMN, fields_of_layout
-
-    fields = fields_of_layout(config.use_polar_cap is not None)
-    texts = [_amc_text(getattr(config, field.name), is_whole=field.decimals is None) for field in fields]
-    assert all(len(text) <= field.width for field, text in zip(fields, texts, strict=True)), "fits its columns"
-    path.write_text(
-        "".join(f"{field.label:<{FIRST_COLUMN - 3}}: {text}\n" for field, text in zip(fields, texts, strict=True))
-    )
-
-
-def _amc_text(value, *, is_whole):
-    text = str(int(value)) if is_whole else repr(float(value))
-    # 1e-07 and 1e+16 need a point, or Fortran implies decimals
-    return text if is_whole or "." in text else text.replace("e", ".0e")
 
 
 def flip_bit(path, position):
@@ -93,16 +77,3 @@ def write_scene(folder, *, sky_text=None, difcol=None, bands=(500.0,), iteration
         if content is not None:
             (folder / name).write_text(content)
     return folder
-
-
-def weighted_source(precision):
-    """Photons with positions and weights in the first of two wavebands, none in the second."""
-    import numpy as np
-
-    from aomc_sky import Footprint, PatchGrid, Scene, TabulatedSky
-
-    grid, values = PatchGrid.regular(2, 2), np.array([[1.0, 2.0, 0.0, 5.0]])
-    table = TabulatedSky(wavelength_nm=[500.0], values=values, grid=grid, has_wavelength=False)
-    footprint = Footprint(shape="circle", size_x_m=30.0, size_y_m=30.0)
-    scene = Scene(wavebands=[500.0, 600.0], n_photons=[700, 0], components=(table,), footprint=footprint)
-    return scene.source(2, precision=precision, weights=True)

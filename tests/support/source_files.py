@@ -75,11 +75,10 @@ class Driver:
 
     def __init__(self, library):
         self.library = library
-        for name in ("driver_fill", "driver_numbers", "driver_n"):
-            getattr(library, name).restype = ctypes.c_int64
-        if hasattr(library, "driver_fill_weighted"):  # not in the driver of a GPU
-            library.driver_fill_weighted.restype = library.driver_positions.restype = ctypes.c_int64
-            library.driver_stream.restype = ctypes.c_int64
+        for name in ("fill", "numbers", "n", "fill_weighted", "positions", "stream"):
+            if hasattr(library, f"driver_{name}"):  # the driver of a GPU lacks some
+                getattr(library, f"driver_{name}").restype = ctypes.c_int64
+        if hasattr(library, "driver_photon_light"):
             library.driver_photon_light.restype = ctypes.c_double
         library.driver_checksum.restype = ctypes.c_uint64
         library.driver_message.restype = ctypes.c_char_p

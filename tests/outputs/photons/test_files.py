@@ -14,7 +14,7 @@ from aomc_sky.outputs.photons.files import BLOCK, ChunkPool
 from aomc_sky.outputs.photons.npy import HEAD_BYTES, read_photons_npy
 from aomc_sky.source.read.scene import read_scene
 from aomc_sky.verify.foreign import open_photons
-from tests.support.scenes import weighted_source
+from tests.support.sampled import table_of
 from tests.support.shared import INPUTS
 
 
@@ -55,6 +55,13 @@ def test_files_without_a_reader_are_refused(tmp_path):
         (tmp_path / name).write_bytes(bytes(24))
         with pytest.raises(InputFileError, match="photons of this format cannot be read"):
             open_photons(tmp_path / name, np.array([500.0]))
+
+
+def weighted_source(precision):
+    """Photons with positions and weights in the first of two wavebands, none in the second."""
+    table = table_of([[1.0, 2.0], [0.0, 5.0]])
+    scene = Scene(wavebands=[500.0, 600.0], n_photons=[700, 0], components=table, footprint=Footprint.circle(30.0))
+    return scene.source(2, precision=precision, weights=True)
 
 
 def text_of(source, band):
