@@ -1,4 +1,4 @@
-"""`sky.plot`: what is drawn, where it lies, what the picture says, and its files."""
+"""`sky.plot` and maps of pulls: what is drawn, where it lies, what the picture says, and its files."""
 
 import io
 import itertools
@@ -11,7 +11,16 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.dome import round_numbers
 from aomc_sky.pictures.panels import figure_of
-from aomc_sky.pictures.picture import RELATIVE_RADIANCE, Dome, Mark, Picture, Symbol, direction_words
+from aomc_sky.pictures.picture import (
+    PULL,
+    RELATIVE_RADIANCE,
+    Dome,
+    Mark,
+    Picture,
+    Symbol,
+    direction_words,
+    pull_picture,
+)
 from aomc_sky.pictures.source import sun_mark
 from tests.support.processes import in_environment
 from tests.support.sampled import grid_of_edges
@@ -414,3 +423,50 @@ def test_letters_can_be_read_in_any_style_of_the_user(style):
         colour = (*matplotlib.colors.to_rgb(text.get_color()), 1.0 if text.get_alpha() is None else text.get_alpha())
         low, high = sorted([_brightness(colour, ground), _brightness(ground)])
         assert (high + 0.05) / (low + 0.05) >= 4.5, (text.get_text(), colour, ground)
+
+
+# ---- maps of pulls: colours that part at zero, zones that say nothing, pulls without an end ----
+
+
+# the first column starts at 10 degrees, the last one ends a turn later
+PULL_GRID = PatchGrid(
+    zenith_bounds_deg=np.array([[0.0, 40.0], [40.0, 90.0]]),
+    azimuth_bounds_deg=np.array([[10.0, 130.0], [130.0, 250.0], [250.0, 370.0]]),
+)
+PULLS = np.array([[0.0, -2.5, 1.0], [np.nan, np.inf, 0.5]])
+
+
+@pytest.mark.parametrize(
+    ("values", "reach", "extend"),
+    [(PULLS, 4, "max"), (2 * PULLS, 5, "max"), (np.full((2, 3), -30.0), 8, "min"), (np.zeros((2, 3)), 4, "neither")],
+)
+def test_colours_part_at_zero(values, reach, extend):
+    figure = figure_of(pull_picture([("waveband 1", PULL_GRID, values)]), size_px=300)
+    norm = mesh_of(figure).norm
+    assert type(norm).__name__ == "Normalize"
+    assert (norm.vmin, norm.vmax) == (-reach, reach)
+    bar = next(axes for axes in figure.axes if axes.get_label() == "colour bar")
+    assert bar._colorbar.extend == extend
+    assert bar.get_xlabel() == PULL.label
+    figure.canvas.draw()
+
+
+def test_every_zone_has_its_pull_and_a_pull_of_nothing_is_no_colour():
+    figure = figure_of(pull_picture([("waveband 1", PULL_GRID, PULLS)]), size_px=300)
+    shown = mesh_of(figure).get_array()[:, ::60]
+    assert shown.mask.tolist() == [[False, False, False], [True, False, False]]
+    assert shown[0].tolist() == PULLS[0].tolist()
+    assert shown[1, 1] > 1e9  # beyond the end of the bar
+    corners = mesh_of(figure).get_coordinates()
+    np.testing.assert_allclose(corners[-1, 0], corners[-1, -1], atol=1e-9)  # a whole turn
+    assert PULL.void in texts_of(figure)
+
+
+def test_many_maps_are_spread_and_maps_without_pulls_say_so():
+    picture = pull_picture([(f"waveband {k}", PULL_GRID, PULLS) for k in range(40)])
+    assert len(picture.domes) == 12
+    assert picture.domes[-1].title.endswith("largest pull +inf")
+    assert any("12 of them" in note for note in picture.notes)
+    even, dark = np.full((2, 3), 0.0049), np.full((2, 3), np.nan)
+    picture = pull_picture([("waveband 1", PULL_GRID, even), ("waveband 2", PULL_GRID, dark)])
+    assert [word in dome.title for word, dome in zip(("no pull", "too few"), picture.domes, strict=True)] == [True] * 2
