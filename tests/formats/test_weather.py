@@ -132,16 +132,12 @@ def test_missing_values_are_marked_and_never_used(kind, old, new, missing, read)
     assert np.isfinite(list(table.irradiances(row).values())).all()
 
 
-def test_a_quoted_name_may_hold_a_comma_and_zero_may_have_a_sign(read):
-    table = read(
-        changed("epw", (",Kleinmachnow,", ',"Kleinmachnow, south",'), (",300,0,0,0,", ",300,0.00,-0.00,0.00,"))
-    )
+def test_a_quoted_name_may_hold_a_comma_zero_may_have_a_sign_and_zones_half_hours(read):
+    signed = (",300,0,0,0,", ",300,0.00,-0.00,0.00,")
+    table = read(changed("epw", (",Kleinmachnow,", ',"Kleinmachnow, south",'), signed, (",13.22,1.0,", ",77.2,5.5,")))
     assert (table.station, table.latitude_deg) == ("Kleinmachnow, south", 52.40)
     assert not np.signbit(table.dni).any()
-
-
-def test_half_hour_time_zones(read):
-    assert read(changed("epw", (",13.22,1.0,", ",77.2,5.5,"))).start[0] == np.datetime64("2003-06-20T18:30:00")
+    assert table.start[0] == np.datetime64("2003-06-20T18:30:00")
 
 
 @pytest.mark.parametrize(
