@@ -67,7 +67,10 @@ def test_a_page_that_cannot_be_written_is_refused_before_anything_is_measured(mo
     assert 'pip install ".[plot]"' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("script", ["check", "report", "emission", "growth", "same_bits", "transport"])
+OTHERS = [pytest.param(script, marks=pytest.mark.slow) for script in ("report", "emission", "growth", "same_bits")]
+
+
+@pytest.mark.parametrize("script", ["check", "transport", *OTHERS])
 def test_scripts_start_from_any_folder(script, tmp_path):
     command = [sys.executable, str(REPOSITORY / f"bench/{script}.py"), "--help"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from tests.support.pages import SavedFile, steps
-from tests.support.shared import INPUTS, REPOSITORY
+from tests.support.pages import programs
+from tests.support.shared import INPUTS
 
 ALMUCANTAR, PLANE = INPUTS / "measured" / "almucantar.alm", INPUTS / "measured" / "principal_plane.ppl"
 HOUR = "21:06:2026,15"
@@ -21,8 +21,7 @@ FROM_THE_SUN = "# azimuth: clockwise from the sun\n# radiance unit: uW cm-2 nm-1
 @pytest.fixture(scope="module")
 def program(tmp_path_factory):
     path = tmp_path_factory.mktemp("aeronet") / "alm_to_csv.py"
-    page = steps((REPOSITORY / "docs" / "howto" / "measured_sky.md").read_text())
-    path.write_text(next(one.text for one in page if isinstance(one, SavedFile) and one.name == path.name))
+    path.write_text(programs("docs/howto/measured_sky.md")[path.name])
     return path
 
 

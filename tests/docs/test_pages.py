@@ -9,7 +9,7 @@ import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from tests.support.host_programs import MPI, needs, run
 from tests.support.packages import pip_install
-from tests.support.pages import SavedFile, carry_out, steps
+from tests.support.pages import SavedFile, carry_out, programs, steps
 from tests.support.shared import REPOSITORY
 
 CODE = ("c", "fortran", "cuda", "python")
@@ -19,12 +19,15 @@ def test_every_block_of_the_readme_is_run_and_short():
     """Here or, those of ``sh``, by .ci/run (tests/docs/test_docs.py)."""
     text = (REPOSITORY / "README.md").read_text()
     assert set(re.findall(r"^```(\w*)\n.*?^```$", text, re.MULTILINE | re.DOTALL)) == {"console", "sh", *CODE}
-    code = [step for step in steps(text) if isinstance(step, SavedFile)]
+    code, typed = programs("README.md"), typed_on(text)
     assert len(code) == len(re.findall(rf"^```(?:{'|'.join(CODE)})$", text, re.MULTILINE))
-    typed = "".join(step.line for step in steps(text) if not isinstance(step, SavedFile))
-    assert [step.name for step in code if step.name not in typed] == ["kernel.cu"]
-    assert max(len(step.text.splitlines()[1:]) for step in code) <= 8
+    assert [name for name in code if name not in typed] == ["kernel.cu"]
+    assert max(len(program.splitlines()[1:]) for program in code.values()) <= 8
     assert len(text.split()) <= 700
+
+
+def typed_on(text):
+    return "".join(step.line for step in steps(text) if not isinstance(step, SavedFile))
 
 
 def compile_kernel(folder, *options):
@@ -41,9 +44,8 @@ def test_tutorial_after_the_readme_in_one_folder(tmp_path):
     compile_kernel(tmp_path, "-c", "-o", "kernel.o")
     pytest.importorskip("matplotlib")
     assert carry_out("tutorial.md", tmp_path) == 13
-    pages = [(REPOSITORY / page).read_text() for page in ("README.md", "docs/tutorial.md")]
-    saved = [{step.name for step in steps(page) if isinstance(step, SavedFile)} for page in pages]
-    assert saved[0].isdisjoint(saved[1])  # so that the programs of both pages go on running
+    # so that the programs of both pages go on running
+    assert not programs("README.md").keys() & programs("docs/tutorial.md").keys()
 
 
 COMMANDS = [
@@ -93,10 +95,8 @@ def test_page_of_hosts(tmp_path, monkeypatch):
 
 def test_page_of_hosts_builds_all_that_it_shows():
     text = (REPOSITORY / "docs" / "hosts.md").read_text()
-    names = [step.name for step in steps(text) if isinstance(step, SavedFile)]
-    built = "".join(step.line for step in steps(text) if not isinstance(step, SavedFile))
-    blocks = re.findall(r"^```(?:c|cpp|cuda|fortran|python)$", text, re.MULTILINE)
-    assert len(blocks) == len(names) == len(set(names))
+    names, built = programs("docs/hosts.md"), typed_on(text)
+    assert len(re.findall(r"^```(?:c|cpp|cuda|fortran|python)$", text, re.MULTILINE)) == len(names)
     assert [name for name in names if name != "kernel.cu" and name not in built] == []
 
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from tests.support.pages import SavedFile, steps
+from tests.support.pages import programs
 from tests.support.shared import REPOSITORY
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("h5netcdf")
 PAGE = (REPOSITORY / "docs" / "howto" / "from_libradtran.md").read_text()
-PROGRAMS = {step.name: step.text for step in steps(PAGE) if isinstance(step, SavedFile)}
+PROGRAMS = programs("docs/howto/from_libradtran.md")
 
 
 @pytest.fixture(scope="module")

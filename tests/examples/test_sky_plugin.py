@@ -9,7 +9,7 @@ import sys
 import pytest
 
 import aomc_sky as sky
-from tests.support.pages import SavedFile, steps
+from tests.support.pages import programs
 from tests.support.shared import INPUTS, REPOSITORY
 
 EXAMPLE = REPOSITORY / "examples" / "sky_plugin"
@@ -78,7 +78,6 @@ def test_the_readme_says_what_is_typed(skies_site, tmp_path):
 
 
 def test_the_page_of_own_skies_shows_it():
-    page = (REPOSITORY / "docs/howto/own_sky.md").read_text()
-    shown = {one.name: one.text for one in steps(page) if isinstance(one, SavedFile)}
+    shown = programs("docs/howto/own_sky.md")
     for name in ("our_skies.py", "pyproject.toml"):
         assert (EXAMPLE / name).read_text() == shown[f"our_skies/{name}"]

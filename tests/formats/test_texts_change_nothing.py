@@ -40,6 +40,9 @@ def field(*, file="", light="", zenith="", azimuth="", convention="clockwise fro
     return sky.TabulatedSky.from_xarray(xarray.Dataset({"radiance": light}, coords, {"title": file}))
 
 
+SILENT = field()
+
+
 def is_quoted(sentence, remarks):
     return any(one.startswith("the file says") and f'"{sentence}"' in one for one in remarks)
 
@@ -62,13 +65,12 @@ def test_beside_a_table(sentence, tmp_path):
 @pytest.mark.parametrize("sentence", SENTENCES)
 def test_beside_a_field(sentence):
     """As title of the file, text of the radiance or of an angle."""
-    silent = field()
-    assert not any(one.startswith("the file says") for one in silent.remarks)
+    assert not any(one.startswith("the file says") for one in SILENT.remarks)
     for place in ("file", "light", "zenith", "azimuth"):
         spoken = field(**{place: sentence})
-        np.testing.assert_array_equal(spoken.values, silent.values)
-        np.testing.assert_array_equal(spoken.slope, silent.slope)
-        assert spoken.grid == silent.grid
+        np.testing.assert_array_equal(spoken.values, SILENT.values)
+        np.testing.assert_array_equal(spoken.slope, SILENT.slope)
+        assert spoken.grid == SILENT.grid
         assert (spoken.radiance_unit, spoken.has_wavelength) == (1.0, False)
         assert is_quoted(sentence, spoken.remarks)
     with pytest.raises(sky.SceneError, match="nothing says from where azimuth 'azimuth' counts") as error:

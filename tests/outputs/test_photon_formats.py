@@ -6,7 +6,6 @@ from aomc_sky import read_scene, write_run
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, SOURCE, formats_of, photon_writer, run_formats
 from aomc_sky.outputs.run_folder import is_run_file
 from tests.support.fault_rows import command
-from tests.support.processes import in_environment
 from tests.support.shared import INPUTS
 
 DOUBLES = {"photons-0001.f64", "photons-0002.f64", "photons-0003.f64"}
@@ -61,17 +60,8 @@ def test_every_file_of_a_format_is_known_by_its_name_and_to_one_format(double):
     assert formats_of(["photons-0001.double", "double", "plan.npz", "counts.csv"]) == {}
 
 
-_PROGRAM = """
-import sys
-from aomc_sky.outputs.photon_formats import PHOTON_FORMATS
-PHOTON_FORMATS["double"] = "tests.support.double_format:DoubleWriter"
-from aomc_sky.cli.main import main
-sys.exit(main(sys.argv[1:]))
-"""
-
-
 def test_a_run_and_the_command_line_offer_a_new_format(double, tmp_path):
     assert run_formats() == ["npy", "mcpl", "raw", "double", SOURCE]
-    words = ["run", INPUTS / "document_example", "--iterations", 10, "--out", tmp_path / "out", "-q"]
-    in_environment(_PROGRAM, *words, "--format", "double")
+    words = ("run", INPUTS / "document_example", "--iterations", 10, "--out", tmp_path / "out", "-q")
+    assert command(*words, "--format", "double") == 0
     assert {path.name for path in (tmp_path / "out").iterdir()} >= DOUBLES

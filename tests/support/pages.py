@@ -45,6 +45,11 @@ def steps(text):
             yield SavedFile(name[1], body)
 
 
+def programs(page):
+    """Texts of the files that a page of the repository saves, by their names."""
+    return {step.name: step.text for step in steps((REPOSITORY / page).read_text()) if isinstance(step, SavedFile)}
+
+
 def _commands(body):
     assert body.startswith("$ "), body
     for part in re.split(r"^\$ ", body, flags=re.MULTILINE)[1:]:

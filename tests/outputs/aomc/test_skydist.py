@@ -272,7 +272,6 @@ def skies(draw):
     return rng.multinomial(n, (mass / mass.sum()).ravel()).reshape(mass.shape)
 
 
-@settings(deadline=None, max_examples=60)
 @given(skies())
 def test_the_program_launches_exactly_these_counts(counts):
     assert_exact(counts)
@@ -338,10 +337,3 @@ def test_a_compat_run_that_launches_nothing(tmp_path):
     assert result.counts.sum() == 0
     assert result.iterations == 10_000
     assert not read_back(exported(result, tmp_path, ONE)).any()
-
-
-@pytest.mark.slow
-@settings(deadline=None, max_examples=1500)
-@given(skies())
-def test_the_program_launches_exactly_these_counts_of_many_skies(counts):
-    assert_exact(counts)
