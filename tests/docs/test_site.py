@@ -31,14 +31,10 @@ def test_every_public_name_stands_in_one_topic_and_every_topic_in_the_overview()
 
 
 @pytest.mark.parametrize("program", GALLERY, ids=[program.stem for program in GALLERY])
-def test_program_of_the_gallery_is_short_and_uses_public_names(program):
-    text = program.read_text()
-    tree = ast.parse(text)
+def test_program_of_the_gallery_has_a_title_and_uses_public_names(program):
+    tree = ast.parse(program.read_text())
     title, rule = ast.get_docstring(tree).splitlines()[:2]
     assert rule == "=" * len(title)
-    body = text.split('"""', 2)[2]
-    lines = [line for line in body.splitlines() if line.strip() and not re.match(r"#|import |from ", line)]
-    assert 2 <= len(lines) <= 20, len(lines)
     used = {n.attr for n in ast.walk(tree) if isinstance(n, ast.Attribute) and ast.unparse(n.value) == "sky"}
     imports = [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.module == "aomc_sky"]
     taken = {alias.name for n in imports for alias in n.names}
@@ -51,18 +47,6 @@ def test_commands_stand_in_blocks_of_a_shell(page):
     blocks = re.findall(r"^```(\S*)[^\n]*\n(.*?)^```$", page.read_text(), re.MULTILINE | re.DOTALL)
     starts = re.compile(r"^(?:\$ |(?:\S*/)?(?:aomc-sky|python3?|pip|gcc|bash) )", re.MULTILINE)
     assert [block for language, block in blocks if language in ("", "text") and starts.search(block)] == []
-
-
-HUBS = ["start", "howto/index", "reference", "models/index", "accuracy", "formats/index"]
-
-
-@pytest.mark.parametrize("hub", HUBS)
-def test_page_that_leads_on_says_what_each_of_its_pages_answers(hub):
-    text = (DOCS / f"{hub}.md").read_text()
-    prose, _, tree = text.partition("```{toctree}")
-    below = re.findall(r"^([./\w]+)$", tree, re.MULTILINE)
-    assert below
-    assert [page for page in below if f"({page}.md)" not in prose] == []
 
 
 @pytest.fixture

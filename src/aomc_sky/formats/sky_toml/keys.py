@@ -89,7 +89,8 @@ def choice(words: Sequence[str]) -> Rule:
 
 
 _FILES = dict.fromkeys(
-    (".nc", ".nc4", ".csv", ".tsv", ".txt", ".dat"), 'write table = "{0}" below [sky] of sky.toml, or alone: aomc-sky run {0}'
+    (".nc", ".nc4", ".csv", ".tsv", ".txt", ".dat"),
+    'write table = "{0}" below [sky] of sky.toml, or alone: aomc-sky run {0}',
 )
 _FILES[".atmo"] = 'write file = "{0}" below [atmosphere] of sky.toml'
 """Ending of a file that describes a sky -> where its name stands."""
