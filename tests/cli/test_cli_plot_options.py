@@ -6,7 +6,10 @@ import pytest
 
 import aomc_sky as sky
 
-PLACE = "--time 2026-06-21T12:00Z --latitude 43 --longitude 7 --spectrum spectrl2 --wavelengths 440 670".split()
+PLACE = (
+    *("--time", "2026-06-21T12:00Z", "--latitude", 43, "--longitude", 7),
+    *("--spectrum", "spectrl2", "--wavelengths", 440, 670),
+)
 
 
 def test_it_is_the_picture_of_the_scene_of_those_options(tmp_path, told):

@@ -80,7 +80,7 @@ def test_examples_of_the_help_can_be_parsed(command):
 
 OWN = {
     *("--out", "--seed", "--wavelength", "--wavelengths", "--iterations", "--bins", "--sun-zenith", "--sun-azimuth"),
-    *("--diffuse-only", "--time", "--method", "--weights", "--waveband", "--force", "--scene"),
+    *("--diffuse-only", "--method", "--weights", "--waveband", "--force", "--scene"),
     *("-q", "--quiet", "-v", "--verbose"),
 }
 """Options of several commands that mean something of its own in one of them."""
