@@ -11,7 +11,7 @@ import pytest
 import aomc_sky as sky
 from tests.reference import layer
 from tests.support.host_programs import EXAMPLES, QUICK, copied, make, needs_host, run
-from tests.support.shared import REPOSITORY, SHARED
+from tests.support.shared import REFERENCE, REPOSITORY
 
 N, REPLICATES = 65_536, 24
 SIGMAS = 5.0
@@ -158,10 +158,9 @@ def outside(table, case):
     return beyond
 
 
-@pytest.mark.skipif(not (SHARED / "ocean").is_dir(), reason="the reference data are not beside the repository")
 @pytest.mark.parametrize("name", ["petzold.csv", "mobley_1993.csv"])
 def test_tables_are_those_of_the_reference(name):
-    assert (EXAMPLES / "c" / name).read_text().partition("\n")[2] == (SHARED / "ocean" / name).read_text()
+    assert (EXAMPLES / "c" / name).read_text().partition("\n")[2] == (REFERENCE / "ocean" / name).read_text()
 
 
 @needs_host

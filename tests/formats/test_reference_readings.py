@@ -1,6 +1,5 @@
 """The readings of the real program: every value it understood, every file it should not have taken."""
 
-import csv
 from collections import defaultdict
 
 import numpy as np
@@ -9,9 +8,8 @@ import pytest
 from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.formats.aomc.amc import fields_of_layout, read_amc, read_difcol, read_lambbot
 from aomc_sky.formats.aomc.skydist import read_skydist
-from tests.support.shared import AOMC, needs_shared
+from tests.support.shared import AOMC, csv_rows
 
-pytestmark = needs_shared
 _UNDERSTOOD = """
     plain crlf trailing_notes iterations_right_justified_in_field iterations_limit iterations_overflow
     zenith_plus_sign thickness_minus_one diameter_d_exponent diameter_signed_exponent_no_letter
@@ -34,22 +32,16 @@ SKY_WRONG = {
 SKY_WRONG = {case: first for first, cases in SKY_WRONG.items() for case in cases.split()}
 
 
-def rows(path):
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
 def parsed_by_case():
     found: dict[str, list[str]] = defaultdict(list)
-    if AOMC.exists():
-        for row in rows(AOMC / "amc_variants/parsed.csv"):
-            found[row["case"]].append(row["value"])
+    for row in csv_rows(AOMC / "amc_variants/parsed.csv"):
+        found[row["case"]].append(row["value"])
     return found
 
 
-def outcomes(folder):
-    path = AOMC / folder / "outcomes.csv"
-    return [row["case"] for row in rows(path) if row["outcome"] == "accepted"] if path.exists() else []
+def accepted():
+    table = csv_rows(AOMC / "amc_variants/outcomes.csv")
+    return [row["case"] for row in table if row["outcome"] == "accepted"]
 
 
 def assert_same(config, values):
@@ -63,7 +55,7 @@ def assert_same(config, values):
             assert np.float32(got) == np.float32(text), field.name
 
 
-@pytest.mark.parametrize("case", outcomes("amc_variants"))
+@pytest.mark.parametrize("case", accepted())
 def test_lenient_takes_the_program_s_values(case):
     path = AOMC / f"amc_variants/{case}.inp"
     if case == "diameter_nan":
@@ -79,7 +71,7 @@ def test_lenient_takes_the_program_s_values(case):
             assert_same(read_amc(path, lenient=True), parsed_by_case()[case])
 
 
-@pytest.mark.parametrize("case", sorted(set(parsed_by_case()) - set(outcomes("amc_variants")) - UNDERSTOOD))
+@pytest.mark.parametrize("case", sorted(set(parsed_by_case()) - set(accepted()) - UNDERSTOOD))
 @pytest.mark.filterwarnings("ignore::aomc_sky.errors.InputWarning")
 def test_what_the_program_refuses_stays_refused(case):
     for lenient in (False, True):
@@ -112,10 +104,10 @@ def test_every_sky_file_is_judged():
 def test_published_input_files(name):
     folder = AOMC / "program_inputs" / name
     config = read_amc(folder / "amc.inp", lenient=True)
-    assert_same(config, [row["value"] for row in rows(folder / "parsed_amc.csv") if row["name"] != "range_error"])
+    assert_same(config, [row["value"] for row in csv_rows(folder / "parsed_amc.csv") if row["name"] != "range_error"])
     if not (folder / "parsed_bands.csv").exists():
         return
-    bands = rows(folder / "parsed_bands.csv")
+    bands = csv_rows(folder / "parsed_bands.csv")
     has_target = config.bottom_target
     lambbot = read_lambbot(folder / "lambbot.inp", n_wavebands=config.n_wavebands, has_target=has_target, lenient=True)
     difcol = read_difcol(folder / "difcol.inp", n_wavebands=config.n_wavebands)

@@ -12,7 +12,7 @@ from aomc_sky.plan.allocation import allocate
 from aomc_sky.skies.tabulated import aomc_weight
 from tests.reference import allocation as plain
 from tests.support.fortran import compile_reader, needs_gfortran
-from tests.support.shared import AOMC, DATA, csv_rows, needs_shared
+from tests.support.shared import AOMC, csv_rows
 
 LAUNCH, PATCH = ("iterations", "sky_wavelength_index"), ("zenith_index", "azimuth_index")
 
@@ -38,12 +38,14 @@ def launches(folder, shape):
         yield iterations, wavelength - 1, total, counts[iterations, wavelength]
 
 
-OWN_CASES = ["document_example", "repository_sky", "steep_special_rings"]
 ORDERS = [f"wavelength_order_{order}" for order in ("ascending", "descending", "duplicate", "shuffled")]
-SHARED_CASES = ["uniform_9x12", "sparse_lognormal", "perez_shapes", *ORDERS, "zero_radiance_band"]
+TABLES = ["repository_sky", "steep_special_rings", "uniform_9x12", "sparse_lognormal", "perez_shapes"]
+CASES = ["document_example", *TABLES, *ORDERS, "zero_radiance_band"]
 
 
-def check_case(folder):
+@pytest.mark.parametrize("case", CASES)
+def test_counts_of_the_program(case):
+    folder = AOMC / case
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InputWarning)  # duplicate wavelengths, dark bands
         table = radiances(folder)
@@ -56,18 +58,6 @@ def check_case(folder):
     assert n_launches == len(launched_totals(folder)) > 0
 
 
-@pytest.mark.parametrize("case", OWN_CASES)
-def test_counts_of_the_program(case):
-    check_case(DATA / "aomc" / case)
-
-
-@needs_shared
-@pytest.mark.parametrize("case", SHARED_CASES)
-def test_counts_of_the_program_on_every_reference_case(case):
-    check_case(AOMC / case)
-
-
-@needs_shared
 def test_uniform_sky_of_whole_degrees_ring_by_ring():
     weight = aomc_weight(np.ones((89, 360)))
     rings = csv_rows(AOMC / "dense_uniform_1deg" / "counts.csv")

@@ -8,10 +8,8 @@ from scipy.special import chdtr
 
 from aomc_sky.skies.atmosphere.backward import path_tables, solve_paths
 from aomc_sky.skies.atmosphere.lights import Moon
-from tests.skies.atmosphere.reference_tables import MEDIA, column, grouped, needs_tables
+from tests.skies.atmosphere.reference_tables import MEDIA, column, grouped
 from tests.support.atmospheres import molecules_only
-
-pytestmark = needs_tables
 
 
 def spherical_pulls(n_paths, every):

@@ -7,9 +7,7 @@ from scipy.special import ndtr
 import aomc_sky as sky
 from tests.support import chi2
 from tests.support.sampled import sky_angles
-from tests.support.shared import AOMC, csv_rows, needs_shared
-
-pytestmark = needs_shared
+from tests.support.shared import AOMC, csv_rows
 
 CASES = [("internal_source_point", 0), ("internal_source_point", 1), ("internal_source_circle", 0)]
 

@@ -1,16 +1,14 @@
-"""The reference data beside the repository, where they are; tests that want them skip without."""
+"""Where the data of tests are, and how they are read."""
 
 import csv
 from importlib import util
 from pathlib import Path
 
-import pytest
-
 REPOSITORY = Path(__file__).resolve().parents[2]
-SHARED = REPOSITORY.parent / "shared" / "reference"
-AOMC = SHARED / "aomc"
 INPUTS = REPOSITORY / "inputs"
 DATA = REPOSITORY / "tests" / "data"
+AOMC = DATA / "aomc"
+REFERENCE = DATA / "reference"
 
 
 def script(path):
@@ -24,6 +22,3 @@ def script(path):
 def csv_rows(path):
     with path.open(newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
-
-
-needs_shared = pytest.mark.skipif(not AOMC.is_dir(), reason="the reference data are not beside the repository")

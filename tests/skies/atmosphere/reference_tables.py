@@ -3,21 +3,17 @@
 from functools import cache
 
 import numpy as np
-import pytest
 
 from tests.support import atmospheres
-from tests.support.shared import SHARED, csv_rows
+from tests.support.shared import REFERENCE, csv_rows
 
-TABLES = SHARED / "atmosphere"
+TABLES = REFERENCE / "atmosphere"
 MEDIA = {"rayleigh": atmospheres.molecules_only, "mol_ozone": atmospheres.mol_ozone, "full": atmospheres.full}
-
-needs_tables = pytest.mark.skipif(not TABLES.is_dir(), reason="the reference data are not beside the repository")
 
 
 @cache
 def rows(name):
-    """All rows of a table, none where the reference data are not there."""
-    return csv_rows(TABLES / name) if (TABLES / name).is_file() else ()
+    return csv_rows(TABLES / name)
 
 
 def grouped(name, *keys):

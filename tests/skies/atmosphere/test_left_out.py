@@ -8,7 +8,7 @@ from aomc_sky.skies.atmosphere.description.medium import read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, summed_orders
 from tests.reference.refraction import SCALE_M, beam
-from tests.skies.atmosphere.reference_tables import MEDIA, column, needs_tables
+from tests.skies.atmosphere.reference_tables import MEDIA, column
 from tests.skies.atmosphere.test_successive_orders_tables import AZIMUTHS, SPHERICAL, cases, of, rayleigh_sky
 from tests.support.plane_layers import by_order, later_orders
 from tests.support.shared import INPUTS
@@ -18,7 +18,6 @@ TURN = np.array([0.5, 1.0, 1.0, 1.0, 1.0, 1.0, 0.5]) / 6
 """Weights of the azimuths in their mean."""
 
 
-@needs_tables
 def test_the_sky_of_the_scalar_equations():
     """The table's own order 1 and our later orders: 0.2 % rms, 0.9 % at most for suns of 10 degrees and more, with the
     table's own noise of 0.15 % in both; 2 % at most and 0.6 % in the mean for suns of 5 degrees.
@@ -60,7 +59,6 @@ def scalar_over_vector(tau, albedo, mu0):
     return scalar / vector - 1.0, missing / float(sky.irradiance_by_order.sum(axis=1)[0])
 
 
-@needs_tables
 @pytest.mark.parametrize(
     ("tau", "lowest", "highest", "flux"),
     [("0.05", -2.3, 2.8, 0.01), ("0.25", -7.0, 7.9, 0.02), ("0.5", -13.0, 10.8, 0.10), ("1", -17.2, 11.5, 0.34)],
@@ -75,7 +73,6 @@ def test_polarisation(tau, lowest, highest, flux):
     assert 100 * max(abs(missing) for _, missing in found) == pytest.approx(flux, abs=0.01)
 
 
-@needs_tables
 @pytest.mark.parametrize(("mu0", "lowest", "highest", "rms"), [("0.8", -6.9, 9.1, 4.5), ("0.2", -10.2, 9.6, 6.7)])
 def test_polarisation_at_400_nm(mu0, lowest, highest, rms):
     """At the optical depth of air there, 0.36, by the cubic of its logarithm through the four that are published."""

@@ -10,7 +10,7 @@ from aomc_sky.skies.atmosphere.backward import SHELL_TOLERANCE, uniform_shells
 from aomc_sky.skies.atmosphere.lights import ground_beam
 from aomc_sky.skies.atmosphere.optical_depth import N_GAUSS, N_NODES, optical_depth_to_top, vertical_optical_depth
 from tests.reference.spherical import exponential_column
-from tests.skies.atmosphere.reference_tables import MEDIA, needs_tables, rows
+from tests.skies.atmosphere.reference_tables import MEDIA, rows
 from tests.support import atmospheres
 from tests.support.atmospheres import EARTH_RADIUS_M, empty, exponential, full, medium_of
 
@@ -101,7 +101,6 @@ def test_shells_are_thin_beside_the_scale_height(top_m):
     assert np.max((thickness / scale) ** 2 / 24) < 1.01 * SHELL_TOLERANCE
 
 
-@needs_tables
 def test_reference_slant_depths_and_beams():
     table = rows("spherical_direct.csv")
     for row in table:

@@ -13,7 +13,7 @@ from aomc_sky.skies.atmosphere.optical_depth import density_profile
 from aomc_sky.skies.atmosphere.order_one import ray_panels, scattered_once, scattering_cosine
 from aomc_sky.skies.atmosphere.sky.solved import ExactOrderOne
 from tests.reference.spherical import SlowRays
-from tests.skies.atmosphere.reference_tables import MEDIA, column, grouped, needs_tables
+from tests.skies.atmosphere.reference_tables import MEDIA, column, grouped
 from tests.support import atmospheres
 from tests.support.atmospheres import Layer, exponential, full, molecules_only, rayleigh_phase
 
@@ -139,7 +139,6 @@ def test_a_wish_for_more_points_along_a_line():
 SMALLEST_DIGIT = 5e-13  # of the printed radiances
 
 
-@needs_tables
 def test_spherical_sun_up():
     n_rows = 0
     groups = grouped("spherical_radiance.csv", "case", "wavelength_nm", "sza_deg")
@@ -153,7 +152,6 @@ def test_spherical_sun_up():
     assert n_rows == 840
 
 
-@needs_tables
 @pytest.mark.parametrize(
     ("name", "maker"), [("calcmysky_rayleigh", molecules_only), ("calcmysky_sample", atmospheres.sample)]
 )

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import summed_orders
-from tests.skies.atmosphere.reference_tables import column, grouped, needs_tables, rows
+from tests.skies.atmosphere.reference_tables import column, grouped, rows
 from tests.support import atmospheres
 from tests.support.plane_layers import Layers, by_order, later_orders, solve_layers
 
 AZIMUTHS = (0, 30, 60, 90, 120, 150, 180)
-pytestmark = needs_tables
 
 
 def cases(name, *keys):

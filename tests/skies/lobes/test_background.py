@@ -13,7 +13,7 @@ from aomc_sky.skies.lobes.file.data import ReferenceType
 from aomc_sky.skies.lobes.light import read_background
 from aomc_sky.skies.lobes.lobe import slerp
 from tests.skies.lobes.animations import DAY, animation, background
-from tests.support.shared import SHARED, csv_rows, needs_shared
+from tests.support.shared import REFERENCE, csv_rows
 
 SATURDAY_2024_06_01 = 1_717_200_000.0  # midnight UTC
 ANGLES = (np.linspace(0.0, np.pi / 2, 7)[:, None], np.linspace(0.0, 6.0, 9))
@@ -128,11 +128,10 @@ def test_bad_skies_are_refused(call, error, words):
         call()
 
 
-@needs_shared
 def test_reference_times_row_by_row():
     pytest.importorskip("h5py")
-    sky = read_background(SHARED / "lobes" / "background_sky_a.h5")
-    table = csv_rows(SHARED / "lobes" / "background_sky_a_times.csv")
+    sky = read_background(REFERENCE / "lobes" / "background_sky_a.h5")
+    table = csv_rows(REFERENCE / "lobes" / "background_sky_a_times.csv")
     assert len(table) == 425
     for row in table:
         one, time = sky.animations[row["animation"]], float(row["unix_time_s"])

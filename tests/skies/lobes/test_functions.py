@@ -12,9 +12,9 @@ from aomc_sky.skies.lobes import functions as lobes
 from tests.reference import lobes_exact
 from tests.reference.phase_exact import ulps
 from tests.support.fairness import turned
-from tests.support.shared import SHARED, csv_rows, needs_shared
+from tests.support.shared import REFERENCE, csv_rows
 
-LOBES = SHARED / "lobes"
+LOBES = REFERENCE / "lobes"
 UP = (1.0, 0.0, 0.0, 0.0)
 KIND = {"1": "hg", "2": "ggx", "3": "beckmann"}
 WEIGHTINGS = ("plain", "projected")
@@ -207,7 +207,6 @@ def test_projected_masses_with_a_closed_form():
     assert down == pytest.approx(2 * far**3 / (9 * np.pi * 20.0), rel=1e-9)
 
 
-@needs_shared
 def test_reference_masses_above_the_horizon():
     for row in csv_rows(LOBES / "hg_horizon_mass.csv"):
         cosine = mp.mpf(row["cos_axis_zenith"])

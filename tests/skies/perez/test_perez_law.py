@@ -9,11 +9,11 @@ from scipy.special import expn
 from tests.reference import perez_law
 from tests.reference.perez_law import PerezLaw
 from tests.support.perez_cases import CASES
-from tests.support.shared import SHARED, needs_shared
+from tests.support.shared import REFERENCE
 
 pytestmark = pytest.mark.slow  # the oracle itself, whose users are tested in every run
 
-PEREZ = SHARED / "perez"
+PEREZ = REFERENCE / "perez"
 
 
 def law_of(coefficients, sun_zenith_deg):
@@ -53,7 +53,6 @@ def test_two_coordinate_systems_agree(name):
     np.testing.assert_allclose(flux.sum(), perez_law.flux_over_sky(law, one), rtol=1e-11)
 
 
-@needs_shared
 def test_reference_integrals_and_patches():
     """The oracle against the integrals and patch masses made by other programs."""
     rows = np.genfromtxt(PEREZ / "normalisation.csv", delimiter=",", names=True, dtype=None, encoding="ascii")

@@ -1,4 +1,4 @@
-"""The Perez sky against gendaylit's output and many-digit tables, where they are beside the repository.
+"""The Perez sky against gendaylit's output and many-digit tables.
 
 What gendaylit does otherwise is stated where a row is compared: suns above 87 degrees are moved there,
 epsilon = 6.2 falls into the bin below, epsilon = 1.065 exactly escapes the floor of Delta, and epsilon
@@ -8,17 +8,14 @@ beyond 12.01 is printed as 12.009.
 from functools import cache
 
 import numpy as np
-import pytest
 
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.sky import PerezSky
-from tests.support.shared import SHARED, csv_rows
+from tests.support.shared import REFERENCE, csv_rows
 
-FOLDER = SHARED / "perez"
+FOLDER = REFERENCE / "perez"
 EPSILONS = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 8.0)
-
-pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the reference data are not beside the repository")
 
 
 @cache

@@ -10,7 +10,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.source.read.table import remarks_of
 from tests.support.scenes import write_scene
-from tests.support.shared import AOMC, INPUTS, needs_shared
+from tests.support.shared import AOMC, INPUTS
 
 
 def test_document_example_means_what_the_document_says():
@@ -239,7 +239,6 @@ def test_compat_photons_are_lattice_points_in_order():
     np.testing.assert_allclose(batch.directions, expected, atol=1e-15)
 
 
-@needs_shared
 @pytest.mark.parametrize("name", ["multiband", "simple_relationship", "mobley1"])
 def test_program_inputs(name):
     scene = sky.read_scene(AOMC / "program_inputs" / name)

@@ -6,9 +6,9 @@ import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
-from tests.support.shared import DATA, REPOSITORY, SHARED, csv_rows, needs_shared
+from tests.support.shared import DATA, REFERENCE, REPOSITORY, csv_rows
 
-TABLE = SHARED / "atmosphere" / "description_parser_behaviour.csv"
+TABLE = REFERENCE / "atmosphere" / "description_parser_behaviour.csv"
 PLAIN = DATA / "atmo" / "good" / "plain.atmo"
 ACCEPTED, WARNED, REJECTED = "accepted", "accepted with a warning", "rejected"
 
@@ -105,7 +105,6 @@ def test_a_row(name, tmp_path):
     assert read(written(tmp_path, changes))[0] == outcomes[-1]
 
 
-@needs_shared
 def test_the_rows_are_those_of_the_table():
     table = {row["input"]: row["what the reference tool did"] for row in csv_rows(TABLE)}
 
