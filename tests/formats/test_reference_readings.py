@@ -127,3 +127,24 @@ def test_published_input_files(name):
             assert set(wanted) == {""}
         elif set(wanted) != {""}:
             assert np.array_equal(np.float32(values), np.array(wanted, dtype=np.float32)), column
+
+
+_FORMATS = """
+    I12 I1 I8 I8 I8 F12.2 F12.2 I8 F12.4 I8 I8 I1 I1 I1 I1 I1 I8 I8 I8 F12.6 I1 I1 F12.6 F12.6 F12.6 I1 F12.6 F12.6 I1
+    I8
+"""
+FORMATS = _FORMATS.split()
+"""The program's format of each line, from column 49 on."""
+
+
+@pytest.mark.parametrize("line", range(30))
+@pytest.mark.filterwarnings("ignore::aomc_sky.errors.InputWarning")
+def test_every_field_ends_where_the_program_s_format_ends(line, tmp_path):
+    """Leading zeros fill the field up to its last column; the 9 after it is read by nobody."""
+    kind, width = FORMATS[line][0], int(FORMATS[line][1:].partition(".")[0])
+    number = ("1.5" if kind == "F" else "1").zfill(width)
+    lines = (AOMC / "amc_variants/plain.inp").read_text().splitlines()
+    lines[line] = f"{lines[line][:48]:48}{number}9"
+    (tmp_path / "amc.inp").write_text("\n".join(lines) + "\n")
+    config = read_amc(tmp_path / "amc.inp", lenient=True)
+    assert getattr(config, fields_of_layout(False)[line].name) == float(number)
