@@ -89,20 +89,27 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: turn.get(item.path.name, len(turn)))
 
 
-def _note_skipped(report: pytest.TestReport | pytest.CollectReport) -> None:
-    """A line for what is skipped, where `AOMC_SKY_SKIPPED` names a file: with more packages it is run again."""
+def pytest_sessionstart() -> None:
+    _note_skipped("")  # the file is there, whether or not anything is skipped
+
+
+def _note_skipped(text: str) -> None:
+    """Where `AOMC_SKY_SKIPPED` names a file, as the gate does: a line for each test that is skipped, and why."""
     path = os.environ.get("AOMC_SKY_SKIPPED")
-    if path and report.skipped and "PYTEST_XDIST_WORKER" not in os.environ:
+    if path and "PYTEST_XDIST_WORKER" not in os.environ:
         with open(path, "a") as file:
-            file.write(report.nodeid + "\n")
+            file.write(text)
 
 
-def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    _note_skipped(report)
+def pytest_runtest_logreport(report: pytest.TestReport | pytest.CollectReport) -> None:
+    if report.skipped:
+        where = report.longrepr
+        reason = " ".join(str(where[-1] if isinstance(where, tuple | list) else where).split())
+        _note_skipped(f"{report.nodeid}\t{reason.removeprefix('Skipped: ')}\n")
 
 
 def pytest_collectreport(report: pytest.CollectReport) -> None:
-    _note_skipped(report)
+    pytest_runtest_logreport(report)
 
 
 @pytest.fixture
