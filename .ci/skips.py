@@ -1,6 +1,5 @@
-"""What a leg of the gate has skipped: `judge` says what and why, and ends with 1 where skips.toml does not permit it."""
+"""What a leg of the gate has skipped: `judge` prints it, and ends with 1 where skips.toml does not permit it."""
 
-import os
 import re
 import sys
 import tomllib
@@ -16,7 +15,7 @@ def noted(path):
 
 
 def permitted(leg, reason, missing):
-    """The entry of the list that permits a skip in this leg, or none; `missing` are commands that the gate cannot have."""
+    """The entry of the list that permits a skip in this leg, or none; the gate cannot have the `missing` commands."""
     for entry in PERMITTED:
         found = re.fullmatch(entry["reason"], reason)
         if found and leg in entry["legs"]:
@@ -49,5 +48,5 @@ if __name__ == "__main__":
     command, *given = sys.argv[1:]
     if command == "again":
         print(*again(given[0], given[1:]), sep="\n")
-    elif not judge(*given, os.environ["missing"].split()):
+    elif not judge(given[0], given[1], given[2:]):
         sys.exit(1)
