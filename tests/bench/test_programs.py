@@ -1,5 +1,6 @@
 """Every program of bench/ runs to its end, small."""
 
+import ast
 import importlib.util
 import os
 import subprocess
@@ -10,7 +11,8 @@ import pytest
 from tests.include.test_gpu import gpu
 from tests.support.shared import REPOSITORY
 
-PROGRAMS = sorted(path.name for path in (REPOSITORY / "bench").glob("*.py") if "__main__" in path.read_text())
+FILES = {path.stem: path.read_text() for path in (REPOSITORY / "bench").rglob("*.py")}
+PROGRAMS = sorted(f"{name}.py" for name, text in FILES.items() if "__main__" in text)
 SMALL = {
     "azimuths.py": "--grids 2 --bands 4",
     "bias.py": "--runs 40 --photons 1000",
@@ -46,6 +48,21 @@ MAY_MISS = {"check.py", "report.py"}
 def test_every_program_has_its_arguments():
     assert set(SMALL) == set(PROGRAMS)
     assert set(NEEDS) | MAY_MISS <= set(PROGRAMS)
+
+
+def imported(text):
+    """Files of bench/ that this one imports: by `from bench.skies`, `from bench import skies` or `from slab`."""
+    froms = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom) and node.module]
+    names = {alias.name for node in froms for alias in node.names} | {node.module.split(".")[-1] for node in froms}
+    return names & set(FILES)
+
+
+def test_every_other_file_is_a_part_of_a_program():
+    """So each file runs here: none lies beside the programs, like one whose `__main__` is forgotten."""
+    reached, last = {name.removesuffix(".py") for name in PROGRAMS}, set()
+    while reached != last:
+        last, reached = reached, reached.union(*(imported(FILES[name]) for name in reached))
+    assert reached == set(FILES)
 
 
 @pytest.mark.slow
