@@ -1,17 +1,26 @@
 """Every frame and convention pinned by whole-number vectors."""
 
+from dataclasses import InitVar, dataclass, replace
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from aomc_sky.directions import (
+    EDGE_DEG,
     AzimuthConvention,
     Frame,
     arcsin_deg,
+    at_quarter_deg,
+    in_both_units,
+    settle_angles,
     sin_cos_deg,
     sky_from_travel,
     to_enu_azimuth_deg,
     travel_from_sky,
+    within_sky_deg,
 )
 
 WHOLE = [
@@ -59,3 +68,39 @@ def test_sine_and_cosine_against_50_digits():
     assert not np.any(np.signbit(s) & (s == 0))
     for sine in (0.0, 1e-300, 0.00465, 0.5, 0.9):
         assert abs(arcsin_deg(sine) - np.rad2deg(np.arcsin(sine))) <= 1e-13
+
+
+def test_what_rounding_has_put_beyond_the_sky_is_at_its_edge():
+    edge = [90.0 + EDGE_DEG, np.nextafter(90, 91), 90.0, np.nextafter(0, -1), -EDGE_DEG, -90.0 - EDGE_DEG]
+    assert within_sky_deg(np.array(edge)).tolist() == [90, 90, 90, 0, 0, -90]
+    beyond = np.nextafter([90.0 + EDGE_DEG, -EDGE_DEG, -90.0 - EDGE_DEG], [91, -1, -91])
+    np.testing.assert_array_equal(within_sky_deg(beyond), beyond)
+    inside = np.array([np.nextafter(0, 1), EDGE_DEG, 45.0, 90 - EDGE_DEG, np.nextafter(90, 0)])
+    np.testing.assert_array_equal(within_sky_deg(inside), inside)
+
+
+@given(st.integers(-4, 8), st.floats(-45, 45))
+def test_azimuths_are_at_a_quarter_turn_where_they_are_as_near_as_rounding(quarter, beside_deg):
+    angle = 90.0 * quarter + np.array([beside_deg, EDGE_DEG, -EDGE_DEG, 1.001 * EDGE_DEG])
+    near = np.abs(angle - 90.0 * quarter) <= EDGE_DEG
+    assert not near[3]
+    np.testing.assert_array_equal(at_quarter_deg(angle), np.where(near, 90.0 * quarter, angle))
+
+
+def test_the_twin_of_an_angle_is_a_property_and_no_field():
+    @in_both_units
+    @dataclass(frozen=True, kw_only=True)
+    class Sun:
+        zenith_deg: float = None
+        radius_deg: float = 0.25
+        name: str = ""
+        zenith_rad: InitVar[float | None] = None
+        note: InitVar[str] = ""
+
+        def __post_init__(self, zenith_rad, note):
+            settle_angles(self, zenith_deg=zenith_rad)
+
+    sun = Sun(zenith_rad=np.pi / 6, name="ours", note="high")
+    assert (sun.zenith_deg, sun.zenith_rad) == (pytest.approx(30.0), np.deg2rad(sun.zenith_deg))
+    assert replace(sun, zenith_deg=60.0, note="low") == Sun(zenith_deg=60.0, name="ours")
+    assert set(Sun.__dataclass_fields__) == {"zenith_deg", "radius_deg", "name", "note"}

@@ -61,3 +61,27 @@ def test_index_and_patch_belong_together():
 def test_light_is_not_counted_twice(rings, columns, words):
     with pytest.raises(sky.SceneError, match=words):
         sky.PatchGrid(zenith_bounds_deg=rings, azimuth_bounds_deg=columns)
+
+
+def rings(low_deg, high_deg):
+    return sky.PatchGrid(zenith_bounds_deg=[[low_deg, high_deg]], azimuth_bounds_deg=[[0, 360]])
+
+
+@pytest.mark.parametrize("bounds", [(np.nextafter(0, -1), 90.0), (0.0, np.nextafter(90, 91))])
+def test_no_ring_leaves_the_sky_by_one_ulp(bounds):
+    assert rings(0.0, 90.0).n_zenith == 1
+    with pytest.raises(sky.SceneError, match="within 0 to 90 degrees"):
+        rings(*bounds)
+
+
+@pytest.mark.parametrize("shape", [(0, 1), (1, 0), (-1, -1)])
+def test_a_regular_grid_has_one_patch_or_more(shape):
+    assert sky.PatchGrid.regular(1, 1).n_patches == 1
+    with pytest.raises(sky.SceneError, match="at least one ring and one column"):
+        sky.PatchGrid.regular(*shape)
+
+
+def test_a_regular_grid_has_as_many_patches_as_are_allowed_and_no_more():
+    assert sky.PatchGrid.regular(2**14, 2**13).n_patches == 2**27
+    with pytest.raises(sky.SceneError, match=r"at most 2\^27"):
+        sky.PatchGrid.regular(2**14, 2**13 + 1)

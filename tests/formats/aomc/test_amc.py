@@ -2,10 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.formats.aomc.amc import FootprintCode, LightSource, read_amc, read_difcol, read_lambbot
+from aomc_sky.formats.aomc.scanner import fixed_value
 from tests.support.shared import DATA
 
 
@@ -89,4 +91,46 @@ def test_exponents_of_any_number_of_digits_and_labels_that_are_mistyped(tmp_path
     text = (DATA / "amc/good/thirty_lines.inp").read_text()
     assert text.count("\n4)") == 1
     (tmp_path / "amc.inp").write_text(text.replace("\n4)", "\n5)"))
+    assert read_amc(tmp_path / "amc.inp") == read_amc(DATA / "amc/good/thirty_lines.inp")
+
+
+@pytest.mark.parametrize("field", ["", "    ", "  , 5"])
+def test_a_blank_field_is_nought(field):
+    """A comma ends a field, as in Fortran."""
+    assert [fixed_value(field, decimals) for decimals in (None, 0, 2)] == [0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("column", range(5))
+def test_shares_of_lambbot_are_at_most_one_and_wavelengths_any(column, tmp_path):
+    row = np.array([500.0, 1, 1, 1, 1])
+    row[column] = np.nextafter(row[column], 1e3)
+    path = tmp_path / "lambbot.inp"
+    path.write_text(f"2\n400 1 1 1 1\n{' '.join(map(repr, row.tolist()))}\n")
+    if column == 0:
+        assert read_lambbot(path, has_target=True).wavelength_nm.tolist() == [400.0, row[0]]
+        return
+    with pytest.raises(InputFileError, match=r"lambbot.inp:3:.* 0 to 1\b"):
+        read_lambbot(path, has_target=True)
+
+
+@pytest.mark.parametrize("extra", ["", "   ", "a remark", "a remark   "])
+@pytest.mark.parametrize(("label", "n_kept"), [(2, 30), (3, 30), (17, 30), (17, 29)])
+def test_a_line_too_many_is_shown_by_itself(extra, label, n_kept, tmp_path):
+    """Before a label that others follow, before one that unnumbered lines come before, and before the last one."""
+    lines = (DATA / "amc/good/thirty_lines.inp").read_text().splitlines()[:n_kept]
+    at = next(k for k, line in enumerate(lines) if line.startswith(f"{label})"))
+    (tmp_path / "amc.inp").write_text("\n".join([*lines[:at], extra, *lines[at:]]))
+    with pytest.raises(InputFileError) as caught:
+        read_amc(tmp_path / "amc.inp")
+    (problem,) = caught.value.problems
+    assert problem.message.startswith(f"there is one line too many: label '{label})' is in line {at + 2}")
+    assert (problem.line, problem.column, problem.width) == (at + 1, 1, max(1, len(extra.rstrip())))
+
+
+@pytest.mark.parametrize("changed", [{"2)": "7)"}, {"3)": "7)", "4)": "99)"}])
+def test_mistyped_labels_before_lines_without_a_known_one_move_no_line(changed, tmp_path):
+    text = (DATA / "amc/good/thirty_lines.inp").read_text()
+    for own, typed in changed.items():
+        text = text.replace(f"\n{own}", f"\n{typed}")
+    (tmp_path / "amc.inp").write_text(text)
     assert read_amc(tmp_path / "amc.inp") == read_amc(DATA / "amc/good/thirty_lines.inp")

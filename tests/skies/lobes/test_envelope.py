@@ -7,6 +7,7 @@ import pytest
 
 from aomc_sky.component import Law
 from aomc_sky.errors import SceneError
+from aomc_sky.skies.lobes import envelope as envelope_module
 from aomc_sky.skies.lobes import functions as lobes
 from aomc_sky.skies.lobes.envelope import LobeFrame, envelopes_of
 from aomc_sky.skies.lobes.horizon import masses_of_lobe
@@ -145,3 +146,22 @@ def test_components():
 def test_bad_lobes(changed, error, text):
     with pytest.raises(error, match=text):
         lower(**changed)
+
+
+ENDS = {
+    "no cell wastes much": ({"_CELLS_IN_SIGHT": 1e-9}, True),
+    "all cells waste little": ({"_CELLS_IN_SIGHT": 1e9, "_WASTE": 10.0}, True),
+    "enough cells": ({"_MAX_CELLS": 3}, True),
+    "no pass is left": ({"_MAX_PASSES": 0}, True),
+    "one cell may come": ({"_MAX_CELLS": 4, "_MAX_PASSES": 1}, False),
+    "none of them": ({}, False),
+}
+
+
+@pytest.mark.parametrize(("changed", "is_whole"), ENDS.values(), ids=ENDS)
+def test_each_reason_alone_ends_the_refinement(changed, is_whole, monkeypatch):
+    """All lobes begin with four cells, one in each quarter turn."""
+    for name, value in changed.items():
+        monkeypatch.setattr(envelope_module, name, value)
+    (cells, _), _ = envelopes_of([LobeFrame.of("ggx", 0.3, 0.6, np.array(turned(30.0)))] * 2)
+    assert (len(cells) == 4) == is_whole

@@ -96,6 +96,8 @@ REFUSED = [
     (lambda: lobes.mass_above_horizon("ggx", 0.1, 0.1, "abcd"), "real numbers"),
     (lambda: lobes.patch_mass("ggx", [0.1, 0.2], 0.1, UP, sky.PatchGrid.regular(3, 4)), "one lobe"),
     (lambda: lobes.to_world(UP, (1.0, 2.0)), "three components"),
+    (lambda: lobes.to_world(UP, 3.0), r"three components, got the shape \(\)"),
+    (lambda: lobes.to_local(UP, (1.0, 2.0, 3.0, 4.0)), "three components"),
     (lambda: lobes.to_local([UP, UP], [(1, 2, 3)] * 3), "do not broadcast"),
 ]
 

@@ -225,3 +225,14 @@ def test_our_own_names_start_no_search(monkeypatch):
     with pytest.raises(sky.UsageError):
         sky.read_scene(SCENE, sky="nobody's")
     assert searches == [{"group": "aomc_sky.sky_models"}]
+
+
+def test_what_is_missing_is_not_said_beside_what_is_wrong(install, scene_with):
+    """The misspelt name is often the one that is needed."""
+    install(make_of("return Flat(level)", level="None").replace("level=None", "level"))
+    with pytest.raises(sky.UsageError, match="no option 'levl'") as caught:
+        sky.read_scene(SCENE, sky="dark", sky_options={"levl": 1.0})
+    assert "needs" not in str(caught.value)
+    with pytest.raises(sky.InputFileError, match="no option 'levl'") as caught:
+        sky.read_scene(scene_with('model = "dark"\nlevl = 1.0\n'))
+    assert len(caught.value.problems) == 1
