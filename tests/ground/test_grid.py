@@ -85,3 +85,9 @@ def test_a_regular_grid_has_as_many_patches_as_are_allowed_and_no_more():
     assert sky.PatchGrid.regular(2**14, 2**13).n_patches == 2**27
     with pytest.raises(sky.SceneError, match=r"at most 2\^27"):
         sky.PatchGrid.regular(2**14, 2**13 + 1)
+
+
+def test_points_of_a_lattice_are_whole_degrees_and_none_is_below_the_horizon():
+    grid = sky.PatchGrid.lattice(92, 3)
+    assert grid.zenith_bounds_deg.tolist() == [[z, z] for z in (*range(1, 91), 90, 90)]
+    assert grid.azimuth_bounds_deg.tolist() == [[0, 0], [1, 1], [2, 2]]

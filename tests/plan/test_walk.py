@@ -8,9 +8,18 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from mpmath import mp
 
 import aomc_sky as sky
-from aomc_sky.plan.allocation import AllocationMethod, WalkedGrid, allocate_bands, fixed_point_cumulative, walk_of_cells
+from aomc_sky.plan.allocation import (
+    AllocationMethod,
+    WalkedGrid,
+    allocate_bands,
+    first_columns,
+    fixed_point_cumulative,
+    walk_of_cells,
+)
+from tests.reference.allocation import philox_words
 from tests.support.sampled import table_of
 
 WHOLE = 1 << 62
@@ -137,3 +146,31 @@ def test_verify_counts_knows_the_walk():
 def test_columns_must_fit_the_cells(n_columns):
     with pytest.raises((ValueError, sky.AomcSkyError)):
         sky.verify_counts(np.ones(36, int), np.ones(36), n_columns=n_columns)
+
+
+@given(st.lists(st.integers(0, 1000), min_size=2, max_size=30).filter(any), st.integers(1, 10**6), st.integers(2, 40))
+def test_each_ring_begins_where_the_text_says(masses, n, n_columns):
+    """In decimals of 40 digits, from the square roots that the steps are of."""
+    units = fixed_point_cumulative(masses)
+    found = first_columns(units, n, n_columns)
+    with mp.workdps(40):
+        for q in range(1, len(masses)):
+            expected, before = (mp.mpf(n * int(u)) / WHOLE for u in (units[q + 1] - units[q], units[q]))
+            excess = expected % n_columns
+            is_gap = excess > n_columns / 2
+            fewer, sign = (n_columns - excess, -1) if is_gap else (excess, 1)
+            w = mp.mpf(philox_words(0, (q, 0, 0, 0))[0]) / 2**64
+            x = near = mp.frac(q * (mp.sqrt(13) - 3) / 2) + w / 16
+            if fewer >= 1:
+                off = q * mp.sqrt(2) + sign * before - fewer * near
+                x = near + (off - mp.nint(off)) / fewer
+            if expected < 1:
+                x = w
+            column = mp.frac(x) * n_columns
+            # a whole photon, half the columns and the edge of a column are matters of rounding
+            if (
+                min(abs(expected - 1), abs(fewer - 1), abs(excess - n_columns / 2), abs(column - mp.nint(column)))
+                > 1e-3
+            ):
+                assert found[q] == mp.floor(column)
+    assert found[0] == 0

@@ -8,7 +8,8 @@ A numerical file has ten lines or fewer for each operator of arithmetic or order
 
 The package `coverage` finds out which tests run which line, once for each file of tests, and again where this file or
 src has changed. A line that runs at import belongs to the tests that run a line with a name that it defines. Tests run
-without the JIT. Those of the mirrored folder come first, and those that run little else, for `--seconds` in all.
+without the JIT, and only those of kernels take their photons from kernels. Those of the mirrored folder come first, and
+those that run little else, for `--seconds` in all.
 
 The map leaves out tests that fail, those that take more than `TEST_SECONDS`, and those of a file after `FILE_SECONDS`.
 A mutant that takes longer than `MUTANT_SECONDS` is killed. These are seconds of a processor: other work does no harm.
@@ -41,8 +42,9 @@ SOURCE = REPOSITORY / "src"
 PACKAGE = SOURCE / "aomc_sky"
 NO_NUMBERS = {"cli", "engine", "outputs", "pictures"}
 TESTS = "ground phase kernels plan skies formats emission source verify conformance golden"
-TEST_SECONDS, FILE_SECONDS, MUTANT_SECONDS, MEMORY_BYTES = 1, 15, 60, 2**33
+TEST_SECONDS, FILE_SECONDS, MUTANT_SECONDS, MEMORY_BYTES = 4, 40, 60, 2**33
 _NUMBERS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Mod, ast.FloorDiv, ast.Pow, ast.Lt, ast.LtE, ast.Gt, ast.GtE)
+_BLOCKS = (ast.FunctionDef, ast.ClassDef, ast.If, ast.For, ast.While, ast.With, ast.Try)
 _WITHOUT = ("-p", "no:randomly", "-p", "no:xdist", "-p", "no:cacheprovider")
 _FORK = multiprocessing.get_context("fork")
 
@@ -86,6 +88,10 @@ class _Watch:
             signal.signal(signal.SIGPROF, _too_long)
             signal.setitimer(signal.ITIMER_PROF, TEST_SECONDS, 1)
             item.session.shouldstop = self.began > FILE_SECONDS and "enough"
+
+    def pytest_runtest_call(self, item):
+        if "kernels" not in item.path.parts:  # photons by plain numpy, as with the JIT, unless a test asks for kernels
+            importlib.import_module("aomc_sky.kernels.backend")._done = 0
 
     def pytest_runtest_teardown(self):
         signal.setitimer(signal.ITIMER_PROF, 0)
@@ -190,13 +196,16 @@ class Lines:
 
     def of(self, mutation, limit_s):
         """The tests for a mutation, as many as the limit of time allows, and how many run its line."""
-        by_line, statement = self.tests[mutation.path], _statement(self.texts[mutation.path], mutation.line)
+        by_line, (statement, is_import) = (
+            self.tests[mutation.path],
+            _statement(self.texts[mutation.path], mutation.line),
+        )
         found = {test for line in range(mutation.line, mutation.end_line + 1) for test in by_line[line]}
-        if not found and not isinstance(statement, (ast.FunctionDef, ast.ClassDef)):
+        if not found and not isinstance(statement, _BLOCKS):
             found = {test for k in range(statement.lineno, statement.end_lineno + 1) for test in by_line[k]}
         names = {n.id for n in ast.walk(statement) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
         names |= {getattr(statement, "name", "")} - {""}
-        if not found and names:
+        if not found and names and is_import:
             word = re.compile(rf"\b({'|'.join(names)})\b")
             for path, text in self.texts.items():
                 at = [k for k, words in enumerate(text.split("\n"), 1) if word.search(words)]
@@ -215,9 +224,10 @@ class Lines:
 
 
 def _statement(text, line):
-    """The smallest statement around a line."""
+    """The smallest statement around a line, and whether it runs at import."""
     around = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.stmt) and n.lineno <= line <= n.end_lineno]
-    return min(around, key=lambda n: n.end_lineno - n.lineno)
+    is_import = not any(isinstance(n, ast.FunctionDef) and n.body[0].lineno <= line for n in around)
+    return min(around, key=lambda n: n.end_lineno - n.lineno), is_import
 
 
 _stamp = 1_000_000_000
