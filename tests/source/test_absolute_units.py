@@ -35,6 +35,9 @@ def perez(tmp_path):
     return amc
 
 
+LISTED = '[sky]\nweighting = "listed"\n'
+
+
 def add(amc, text):
     with open(amc.parent / "sky.toml", "a") as file:
         file.write(f"\n{text}")
@@ -117,7 +120,7 @@ def test_sun_sky_and_lobes_share_the_photons_by_irradiance(perez):
 def test_a_table_takes_backgrounds_band_by_band(tmp_path):
     amc = copy_scene("sparse_sky", tmp_path)
     write_glow(amc.parent, {"town": glow(spectrum=[4e-9, 8e-9, 4e-9])})
-    (amc.parent / "sky.toml").write_text("[sky]\ndiffuse_irradiance = [1e-9, 2e-9, 0.0, 1e-9]\n" + BACKGROUND)
+    (amc.parent / "sky.toml").write_text(LISTED + "diffuse_irradiance = [1e-9, 2e-9, 0.0, 1e-9]\n" + BACKGROUND)
     plain_amc = copy_scene("sparse_sky", tmp_path / "plain")
     plain, scene = sky.read_scene(plain_amc), sky.read_scene(amc)
     wavelength = scene.wavebands.wavelength_nm
@@ -146,7 +149,8 @@ def test_relative_light_and_a_background_need_the_lines_that_are_shown(scene, mi
     n_bands = len((amc.parent / "lambbot.inp").read_text().split("\n")) - 2
     assert [line.partition(" ")[0] for line in lines.split("\n") if "=" in line] == [f"{missing}_irradiance"]
     assert lines.count("0.1") == n_bands
-    add(amc, lines)  # what is shown can be written
+    toml = amc.parent / "sky.toml"  # what is shown can be written, in the [sky] that is there
+    toml.write_text(lines + toml.read_text().replace("[sky]\n", ""))
     assert 0.1 in irradiances(sky.read_scene(amc))[0]
 
 
@@ -190,6 +194,8 @@ def test_a_night_reads_neither_difcol_nor_skydist(scene, tmp_path):
     for name in ("difcol.inp", "skydist.inp"):
         if (amc.parent / name).exists():
             (amc.parent / name).write_text("nonsense")
+    if scene == "sparse_sky":
+        (amc.parent / "sky.toml").unlink()
     add(amc, NIGHT + BACKGROUND)
     night = sky.read_scene(amc, iterations=500)
     assert [c.name for c in night.components] == ["town"]

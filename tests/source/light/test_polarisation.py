@@ -38,7 +38,7 @@ def test_a_named_sky_has_the_plan_of_the_sky_that_is_made(tmp_path, capsys):
     words = "--sky cie --sky-option type=12 --ghi 780 --dhi 140 --sun-zenith 40 --sun-azimuth 25"
     words += " --wavelengths 443 555 --iterations 1000 --seed 3 --format none"
     command = ["run", *words.split()]
-    assert main([*command, "--polarisation", "0.6", "--out", str(tmp_path / "a")]) == 0
+    assert main([*command, "--polarisation", "0.6", "-v", "--out", str(tmp_path / "a")]) == 0
     assert sky.Plan.load(tmp_path / "a" / "plan.npz").sha256 == with_beam.sha256
     assert "Rayleigh's pattern, largest degree 0.6, around the sun at a zenith angle of 40" in capsys.readouterr().out
     assert main([*command, "--out", str(tmp_path / "b")]) == 0

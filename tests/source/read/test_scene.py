@@ -40,7 +40,7 @@ def test_values_beyond_float32(tmp_path, value):
 def test_degrees_and_the_seam(tmp_path):
     text = "3 89 360 1\n500\n1 1 0 1.0\n1 45 360 2.0\n1 89 180 3.0\n"
     write_scene(tmp_path, sky_text=text)
-    source = sky.read_scene(tmp_path, bins="degrees").source()
+    source = sky.read_scene(tmp_path, bins="degrees", weighting="listed").source()
     lit = np.flatnonzero(source.mass(0))
     assert lit.tolist() == [0, 44 * 360, 88 * 360 + 180]
     (tmp_path / "skydist.inp").write_text("2 89 360 1\n500\n1 45 0 1.0\n1 45 360 2.0\n")
