@@ -7,6 +7,7 @@ import os
 import numpy as np
 import pytest
 
+import aomc_sky
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.plan.plan import Plan
@@ -185,15 +186,15 @@ def test_how_a_table_was_read_waits_for_v(amc, tmp_path, told):
     assert remark in told("info", amc).out
 
 
-def test_the_remark_of_an_older_manifest_is_none_of_the_scene(amc, tmp_path):
+def test_notes_of_an_older_version_are_not_compared(amc, tmp_path):
+    """It says the same in other words; planted: another note of this version."""
     out = tmp_path / "out"
     assert run(amc, "--iterations", 1000, "--out", out, "-q") == 0
     plan = Plan.load(out / "plan.npz").to_bytes()  # as 0.4 wrote it, without digests of the scene
     (out / "plan.npz").write_bytes(plan)
     manifest = manifest_of(out)
     manifest["files"]["plan.npz"]["bytes"] = len(plan)
-    for note, code in (("skydist.inp read with listed values in equal bins", 0), ("another note", 1)):
-        (out / "manifest.json").write_text(
-            json.dumps({**manifest, "notes": [note, *manifest["notes"]]}, indent=1) + "\n"
-        )
+    for version, code in (("0.3.0", 0), (aomc_sky.__version__, 1)):
+        changed = {**manifest, "version": version, "notes": ["another note", *manifest["notes"]]}
+        (out / "manifest.json").write_text(json.dumps(changed, indent=1) + "\n")
         assert command("verify", out, "--scene", amc, "--iterations", 1000, "-q") == code

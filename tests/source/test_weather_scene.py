@@ -31,7 +31,7 @@ def test_beam_and_sky_share_the_light_of_the_plane():
         assert source.exact_moments(band).mean_mu == pytest.approx(expected, rel=2e-5)
         assert -source.photons(band).uz.astype(float).mean() == pytest.approx(expected, rel=1e-5)
     assert scene.irradiance is None
-    assert any("direct fraction 0.8205" in note for note in scene.notes)
+    assert any("the beam has 0.8205 of the light" in note for note in scene.notes)
 
 
 def test_coefficients_do_not_say_how_bright_the_beam_is():

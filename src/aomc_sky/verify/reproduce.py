@@ -11,6 +11,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+import aomc_sky
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import InputFileError, OutputError
 from aomc_sky.kernels.backend import announce_photons
@@ -262,8 +263,6 @@ def _counts_checks(source: PhotonSource, bands: Sequence[int]) -> Iterator[Check
 
 def scene_checks(plan: Plan, manifest: Mapping[str, Any], scene: Scene) -> list[Check]:
     """Make the plan of a run, and the part of its manifest on the scene, again from the scene, and compare."""
-    from aomc_sky.source.read.table import READING
-
     names = ("method", "allocation", "placement", "order", "precision", "weights", "replicates")
     how = {name: plan.options[name] for name in names} | {"bias": plan.options.get("bias") or {}}
     if plan.options.get("importance"):
@@ -278,12 +277,13 @@ def scene_checks(plan: Plan, manifest: Mapping[str, Any], scene: Scene) -> list[
         ]
     same = f"made again from the scene with seed {plan.seed}: {plan.sha256[:16]}"
     checks = [Check(name="scene: plan", passed=not wrong, is_foreign=bool(wrong), detail=named(wrong) or same)]
-    notes = [note for note in manifest["notes"] if not note.startswith(READING)]  # those of versions before 0.5
-    found = part_of_scene(manifest) | {"notes": notes}
-    part = scene_part(scene)
+    found, part = part_of_scene(manifest), scene_part(scene)
+    same = "names and hashes of its files, how they were read, and notes agree with the manifest"
+    if manifest["version"] != aomc_sky.__version__:  # which may say the same in other words
+        part["notes"] = found["notes"]
+        same = "names and hashes of its files, and how they were read, agree with the manifest; notes are not compared"
     wrong = _other_files(found.pop("inputs"), part.pop("inputs"))
     wrong += differences(found, json.loads(json.dumps(part)), source="the scene gives")
-    same = "names and hashes of its files, how they were read, and notes agree with the manifest"
     return [*checks, Check(name="scene: manifest", passed=not wrong, detail=named(wrong) or same)]
 
 

@@ -42,7 +42,7 @@ def test_the_sky_of_a_scene_is_the_field_and_difcol_has_the_beam(tmp_path):
         assert scene.components[1].strength[row] == 1 - fraction[band]
     np.testing.assert_array_equal(scene.sky_wavelength_nm, table.wavelength_nm[table.table_index(bands)])
     assert scene.options["field"]["file"] == "field.nc"
-    assert any("the rest from the field of sky.toml" in note for note in scene.notes)
+    assert any("the field of sky.toml the rest" in note for note in scene.notes)
     assert scene.input_files["table"] == str(tmp_path / "field.nc")
 
 

@@ -87,7 +87,11 @@ def test_the_two_options_reproduce_it(name):
 @pytest.mark.parametrize(
     ("text", "options", "said"),
     [
-        ("2 180 0 1\n500.0\n1 20 0 1.0\n1 134 0 1.0\n", {"weighting": "listed"}, "because its zenith indices go to 134"),
+        (
+            "2 180 0 1\n500.0\n1 20 0 1.0\n1 134 0 1.0\n",
+            {"weighting": "listed"},
+            "because its zenith indices go to 134",
+        ),
         ("1 60 0 1\n500.0\n1 60 0 1.0\n", {"bins": "degrees", "weighting": "aomc"}, "as a sky of the same mean"),
     ],
     ids=["beyond the horizon", "the same reading"],

@@ -258,16 +258,16 @@ def _split_notes(
     if not is_lit:
         return [f"{light.who}: all light is direct, so no sky is modelled"]
     if is_alone and fractions.any():
-        return [f"the direct beam of the sun, {_spread(fractions, '.4g')} of the light, is left out ({answer})"]
+        return [f"the direct beam of the sun, {_spread(fractions)} of the light, is left out ({answer})"]
     hint = ""
     if isinstance(answer, Shares) and isinstance(sky, Perez) and sky.shape is not None and sky.shape.has_amounts:
         assert sun is not None, "a beam has a sun"
         hint = f" ({sky.shape.text} alone: {direct_fraction(sky.shape, sun):.3g})"
-    return [f"{light.who}: direct fraction {_spread(fractions)}{hint}, the rest from {sky.made_of}"]
+    return [f"{light.who}: the beam has {_spread(fractions)} of the light{hint}, {sky.made_of} the rest"]
 
 
-def _spread(values: np.ndarray, form: str = "g") -> str:
-    low, high = (format(float(extreme(values)), form) for extreme in (np.min, np.max))
+def _spread(values: np.ndarray) -> str:
+    low, high = (f"{float(extreme(values)):.4g}" for extreme in (np.min, np.max))
     return low if low == high else f"{low} to {high}"
 
 

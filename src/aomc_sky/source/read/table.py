@@ -219,10 +219,6 @@ def _warn_of_two_readings(path: str, masses: Component, radiances: Component, ro
         )
 
 
-READING = "skydist.inp read with"
-"""How the remark of `remarks_of` begins; in manifests before version 0.5 it is a note."""
-
-
 def has_remark(scene: Scene) -> bool:
     """Whether the sky is a table that AOMC may read otherwise."""
     return "bins" in scene.options and scene.options["compat"] is None
@@ -256,7 +252,9 @@ def _reading_remark(
     is_on_degrees: bool,
 ) -> str:
     """The remark on a sky as it was read, `component`; `rows` are its rows for each waveband."""
-    read = f"{READING} {sky.weighting.value} values {'at whole degrees' if is_on_degrees else 'in equal bins'}"
+    read = (
+        f"skydist.inp read with {sky.weighting.value} values {'at whole degrees' if is_on_degrees else 'in equal bins'}"
+    )
     lit = np.argwhere(table.radiance[:, _HORIZON:] > 0)
     if lit.size:
         index = int(lit[:, 1].max()) + _HORIZON + 1
