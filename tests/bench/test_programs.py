@@ -52,8 +52,8 @@ def test_every_program_has_its_arguments():
 
 def imported(text):
     """Files of bench/ that this one imports: by `from bench.skies`, `from bench import skies` or `from slab`."""
-    froms = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom) and node.module]
-    names = {alias.name for node in froms for alias in node.names} | {node.module.split(".")[-1] for node in froms}
+    lines = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom) and node.module]
+    names = {alias.name for node in lines for alias in node.names} | {node.module.split(".")[-1] for node in lines}
     return names & set(FILES)
 
 
