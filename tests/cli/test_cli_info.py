@@ -11,6 +11,7 @@ from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.cli.main import main
 from tests.support.background import LOBES, plain_file
 from tests.support.processes import limited
+from tests.support.scenes import manifest_of
 from tests.support.shared import DATA, INPUTS
 
 NIGHT = DATA / "background/good/three_keys.h5"
@@ -133,3 +134,13 @@ def test_animations_files_and_keys(tmp_path, told):
     assert names(CITY, *WHEN, "--animation", "city", "--animation", "airglow") == ["city", "airglow"]
     assert names(other, "--time", 43200) == ["moving:0", "moving:1"]
     assert names(other, "--time", 43200, "--interpolation", "slerp") == ["moving"]
+
+
+def test_a_run_of_a_night_keeps_the_light_of_each_background(tmp_path, told):
+    pytest.importorskip("h5py")
+    out = tmp_path / "out"
+    told("run", INPUTS / "night_sky", "--iterations", 400, "--format", "none", "--out", out, "-q")
+    known = sky.read_scene(INPUTS / "night_sky").irradiance
+    for band, row, loss in zip(manifest_of(out)["bands"], known.of_component, known.horizon_loss, strict=True):
+        assert list(band["component_irradiance_W_m2_nm"].values()) == row.tolist()
+        assert (band["irradiance_W_m2_nm"], band["horizon_loss"]) == (pytest.approx(row.sum(), rel=1e-15), loss)

@@ -51,6 +51,13 @@ def wait_for(stream, text):
         time.sleep(0.002)
 
 
+def test_what_is_short_shows_nothing(stream, monkeypatch):
+    monkeypatch.setattr(progress, "_PATIENCE_S", 600.0)
+    with progress.status_line("drawing", enabled=True):
+        pass
+    assert stream.getvalue() == ""
+
+
 def test_a_long_loop_says_how_far_it_is(stream):
     done = []
     with progress.status_line("drawing", enabled=True):
