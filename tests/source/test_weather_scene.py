@@ -66,7 +66,7 @@ def test_coefficients_do_not_say_how_bright_the_beam_is():
         (NO_LIGHT | {"sky": "uniform", "diffuse_only": True}, USAGE, r"sun_zenith_deg=.* the scene has no beam"),
         ({"diffuse_only": "no"}, USAGE, "diffuse_only must be True or False"),
         ({"sun_disc": np.ones(2)}, USAGE, "disc: "),
-        ({"sky": "cie"}, USAGE, r'needs type; write .* \(sky_options=\{"type": '),
+        ({"sky": "cie"}, USAGE, r'needs type .1 to 15.; write .* \(sky_options=\{"type": '),
         ({"sky": "cie", "sky_options": {"kind": 1}}, USAGE, "has no option 'kind'"),
     ],
 )
