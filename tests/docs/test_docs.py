@@ -78,6 +78,9 @@ def test_version_stands_in_one_place():
     cited = re.search(r"^version: (\S+)$", (REPOSITORY / "CITATION.cff").read_text(), re.MULTILINE)
     assert cited[1] == aomc_sky.__version__
     assert f"## {aomc_sky.__version__}" in (REPOSITORY / "CHANGELOG.md").read_text()
+    assert f"*aomc-sky {aomc_sky.__version__}*" in README
+    cite = (REPOSITORY / "docs" / "cite.md").read_text()
+    assert cite.count(aomc_sky.__version__) == len(re.findall(r"\d+\.\d+\.\d+", cite)) == 2
 
 
 def test_streams_of_the_version_stand_in_the_changelog():
