@@ -33,8 +33,8 @@ LOOK = {"wavelength_nm": [500.0], "sun_zenith_deg": 170.0, "sky_zenith_deg": [0.
 
 
 def picture(**words):
-    pytest.importorskip("matplotlib")
-    return sky.plot(SCENE, size_px=300, **words)
+    figure = pytest.importorskip("matplotlib.figure")
+    return sky.plot(SCENE, ax=figure.Figure().subplots(), **words)  # the layout of a whole figure takes its time
 
 
 def lobes(reference="diurnal", **words):

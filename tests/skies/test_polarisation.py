@@ -76,7 +76,9 @@ MODELS = {
 }
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(one, marks=pytest.mark.slow if one == "under clouds" else ()) for one in MODELS]
+)
 def test_photons_of_every_sky_with_a_sun_have_its_pattern(name, monkeypatch):
     """The flux-weighted mean of a million photons, and the patch of each, against the pattern in its direction."""
     coarse = partial(sky.FunctionSky, grid=sky.PatchGrid.regular(45, 90))
