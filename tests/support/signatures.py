@@ -62,10 +62,11 @@ def public():
     found = {}
     for name in sky.__all__:
         thing = getattr(sky, name)
-        names = getattr(thing, "__all__", [one for one in vars(thing) if one[0] != "_"]) if _is_module(thing) else ()
+        is_module = isinstance(thing, types.ModuleType)
+        names = getattr(thing, "__all__", [one for one in vars(thing) if one[0] != "_"]) if is_module else ()
         found |= {f"{name}.{inner}": getattr(thing, inner) for inner in names} or {name: thing}
-    found = {called: one for called, one in found.items() if _is_ours(one)}
-    found = {called: one for called, one in found.items() if not _is_closed(one)}
+    closed = {one for one in found.values() if isinstance(one, type) and issubclass(one, (enum.Enum, BaseException))}
+    found = {called: one for called, one in found.items() if _is_ours(one) and one not in closed}
     for called, one in [(called, one) for called, one in found.items() if isinstance(one, type)]:
         methods = {f"{called}.{name}": getattr(one, name) for name in dir(one) if name[0] != "_"}
         found |= {name: method for name, method in methods.items() if _is_ours(method)}
@@ -74,14 +75,6 @@ def public():
 
 def _is_ours(thing):
     return callable(thing) and str(getattr(thing, "__module__", "")).startswith("aomc_sky")
-
-
-def _is_closed(thing):
-    return isinstance(thing, type) and issubclass(thing, (enum.Enum, BaseException))
-
-
-def _is_module(thing):
-    return isinstance(thing, types.ModuleType)
 
 
 def arguments():
