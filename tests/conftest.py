@@ -14,8 +14,10 @@ import gc
 import gettext
 import importlib
 import os
+import shutil
 import socket
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
@@ -26,6 +28,7 @@ from hypothesis import HealthCheck, settings
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS
 from aomc_sky.system import n_cpus
 from tests.support.backend import begin_process
+from tests.support.builds import FOLDER
 from tests.support.fault_rows import command
 from tests.support.packages import pip_install
 from tests.support.scenes import copy_scene
@@ -60,6 +63,9 @@ def pytest_configure(config: pytest.Config) -> None:
     gc.set_threshold(50_000, 20, 100)  # looking for garbage after every 700 objects was 7 % of the suite
     if getattr(config.option, "loadscopereorder", False):  # xdist would begin with files of many tests
         config.option.loadscopereorder = False
+    if FOLDER not in os.environ:  # a worker of pytest-xdist has it
+        os.environ[FOLDER] = tempfile.mkdtemp(prefix="aomc-sky-builds-")
+        config.add_cleanup(lambda: shutil.rmtree(os.environ.pop(FOLDER)))
 
 
 @pytest.hookimpl(optionalhook=True)  # of pytest-xdist

@@ -7,7 +7,8 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
-from tests.support.host_programs import EXAMPLES, MPI, QUICK, copied, make, needs, needs_host, report_of, run
+from tests.support.builds import apart
+from tests.support.host_programs import EXAMPLES, FLAGS, MPI, QUICK, copied, make, needs, needs_host, report_of, run
 from tests.support.shared import INPUTS
 
 SCENES = {
@@ -73,7 +74,7 @@ def test_c_gets_the_same_bits(folder, name):
     ],
 )
 def test_threads_and_ranks_get_the_same_bits(folder, program, start, words):
-    make(folder, program, flags=QUICK)
+    make(folder, program, flags=apart(FLAGS))
     for n in ("1", "3"):
         command = [word.format(n) for word in (*start, f"./{program}", "clear_day.sky", *words)]
         assert run(command, folder, OMP_NUM_THREADS=n, **MPI) == report_of(source_of("clear_day"))

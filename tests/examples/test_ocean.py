@@ -10,7 +10,8 @@ import pytest
 
 import aomc_sky as sky
 from tests.reference import layer
-from tests.support.host_programs import EXAMPLES, QUICK, copied, make, needs_host, run
+from tests.support.builds import apart
+from tests.support.host_programs import EXAMPLES, FLAGS, copied, make, needs_host, run
 from tests.support.shared import REFERENCE, REPOSITORY
 
 N, REPLICATES = 65_536, 24
@@ -42,7 +43,7 @@ PUBLISHED = {
 def folder(tmp_path_factory):
     """The program, and the sun of the problems."""
     folder = copied("c", tmp_path_factory.mktemp("ocean"))
-    make(folder, "ocean", flags=QUICK)
+    make(folder, "ocean", flags=apart(FLAGS))
     scene = sky.Scene(wavebands=[500.0], n_photons=N, components=sky.DirectBeam(sun_zenith_deg=60.0))
     sky.write_source(scene.source(seed=1, replicates=REPLICATES), folder / "beam.sky")
     return folder
@@ -56,7 +57,7 @@ def matt(folder):
     assert code.count(part) == 1
     copy = copied("c", folder / "matt")
     (copy / "ocean.c").write_text(code.replace(part, f"0 * {part}"))
-    make(copy, "ocean", flags=QUICK)
+    make(copy, "ocean", flags=apart(FLAGS))
     return copy / "ocean"
 
 

@@ -13,6 +13,7 @@ from aomc_sky.component import Law
 from aomc_sky.emission import source_file
 from aomc_sky.emission.source_file import checksum
 from aomc_sky.plan.laws import law_of
+from tests.support.builds import APART, SANITIZED, header, sanitized
 from tests.support.host_programs import run
 from tests.support.shared import REPOSITORY
 from tests.support.source_files import (
@@ -76,12 +77,10 @@ def code_said(line):
 
 def read_under_sanitizers(files, folder):
     """What a reader built with sanitizers says of files, a line each that begins with the code."""
-    flags = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-DDRIVER_MAIN"]
-    text = REPOSITORY / "tests" / "reference" / "source_driver.c"
-    run(["gcc", *flags, f"-I{include_dir()}", "-o", "read", str(text), "-lm"], folder)
+    program = str(sanitized("source_driver"))
     for number, data in enumerate(files):
         (folder / f"{number}.sky").write_bytes(data)
-    return run(["./read", *(f"{number}.sky" for number in range(len(files)))], folder).splitlines()
+    return run([program, *(f"{number}.sky" for number in range(len(files)))], folder).splitlines()
 
 
 HEADS = [
@@ -209,27 +208,15 @@ def test_every_flipped_byte_is_found():
         assert built().view(data[:size]) < 0
 
 
-@pytest.fixture(scope="module")
-def fuzzer(tmp_path_factory):
-    program = tmp_path_factory.mktemp("fuzz") / "fuzz"
-    flags = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", f"-I{include_dir()}"]
-    text = REPOSITORY / "tests" / "reference" / "source_fuzz.c"
-    command = ["gcc", *flags, "-o", program, text, "-lm"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-    if done.returncode:
-        pytest.skip(f"no sanitizers: {done.stderr[:200]}")
-    return program
-
-
-@pytest.mark.parametrize("count", [100, pytest.param(10_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("count", "flags"), [(100, "-O0"), pytest.param(10_000, "-O1", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("sealing", [0, 1])
 @pytest.mark.parametrize(("name", "options"), FUZZED)
-def test_damaged_files_under_sanitizers(name, options, sealing, count, fuzzer, tmp_path):
+def test_damaged_files_under_sanitizers(name, options, sealing, count, flags, tmp_path):
     path = tmp_path / "one.sky"
     make = biased if options.get("is_biased") else source_of
     options = {key: value for key, value in options.items() if key != "is_biased"}
     sky.write_source(make(name, 5000, **options), path)
-    command = [str(fuzzer), str(path), str(count), "5", str(sealing)]
+    command = [str(sanitized("source_fuzz", flags)), str(path), str(count), "5", str(sealing)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=3000)
     assert done.returncode == 0, done.stderr[-2000:]
     codes = dict(line.split(": ") for line in done.stdout.split("\n") if line)
@@ -257,9 +244,9 @@ def test_wrong_calls():
 
 
 def built_program(folder, text, more="", compiler="gcc"):
-    """Strictly compiled, in the folder."""
+    """Strictly compiled, in the folder; what -O2 warns of besides, `built` says of the whole header."""
     (folder / "use.c").write_text(text)
-    flags = f"-O2 -Wall -Wextra -Werror -I{include_dir()} {more}".split()
+    flags = f"-O0 -Wall -Wextra -Werror -I{include_dir()} {more}".split()
     run([*compiler.split(), *flags, "use.c", "-o", "use", "-lm"], folder)
 
 
@@ -267,10 +254,9 @@ def test_bytes_begin_at_a_multiple_of_8_as_malloc_of_32_bits_gives_them(tmp_path
     source = source_of("everything", 3000)
     sky.write_source(source, tmp_path / "one.sky")
     expected = source.photons(0)
-    for shift, code in ((8, 0), (4, CODES["NULL"])):
-        sanitized = "-fsanitize=address,undefined -fno-sanitize-recover=all"
-        built_program(tmp_path, SHIFTED.replace("SHIFT", str(shift)), sanitized)
-        done = subprocess.run(["./use", "one.sky"], cwd=tmp_path, check=False, capture_output=True)
+    built_program(tmp_path, SHIFTED, f"{SANITIZED} {APART} {header(f'-O0 {SANITIZED}')}")
+    for shift, code in (("8", 0), ("4", CODES["NULL"])):
+        done = subprocess.run(["./use", "one.sky", shift], cwd=tmp_path, check=False, capture_output=True)
         assert (done.returncode, done.stderr) == (-code, b"")
     done = np.fromfile(tmp_path / "photons", np.float32).reshape(3, -1)
     assert same_bits(done, np.stack([expected.ux, expected.uy, expected.uz]))
@@ -283,11 +269,11 @@ int main(int argc, char **argv) {
     aomc_sky_source source;
     char *memory;
     FILE *out;
-    int code = argc == 2 ? aomc_sky_load(argv[1], &file) : -1;
+    int shift = argc == 3 ? atoi(argv[2]) : 0, code = aomc_sky_load(argv[1], &file);
     if (code != 0) return 99;
     memory = (char *)malloc(file.size + 16);
-    memcpy(memory + SHIFT, file.bytes, file.size);
-    code = aomc_sky_view(memory + SHIFT, file.size, &moved);
+    memcpy(memory + shift, file.bytes, file.size);
+    code = aomc_sky_view(memory + shift, file.size, &moved);
     if (code == 0 && aomc_sky_band(&moved, 0, &source) == 0 && (out = fopen("photons", "wb"))) {
         if (aomc_sky_fill(&source, 0, 3000, x[0], x[1], x[2]) != 3000) return 98;
         fwrite(x, sizeof x, 1, out);
@@ -341,12 +327,15 @@ int main(void) {
 """
 
 
-@pytest.mark.parametrize("compiler", ["gcc -std=c99", "g++ -std=c++20 -x c++"])
+@pytest.mark.parametrize("compiler", ["gcc -std=c99", "g++ -std=c++20"])
 def test_a_source_that_is_null_has_a_code_and_conversions_do_not_warn(compiler, tmp_path):
     if shutil.which(compiler.split()[0]) is None:
         pytest.skip(f"{compiler} not installed")
-    built_program(tmp_path, NO_SOURCE, "-Wconversion -Wsign-conversion -Wcast-qual -fsanitize=undefined", compiler)
+    apart = f"{SANITIZED} {APART} {header(f'-O0 {SANITIZED}')}"
+    built_program(tmp_path, NO_SOURCE, apart, compiler)
     run(["./use"], tmp_path)
+    warnings = ["-Wall", "-Wextra", "-Werror", "-Wconversion", "-Wsign-conversion", "-Wcast-qual"]
+    run([*compiler.split(), *warnings, "-fsyntax-only", f"-I{include_dir()}", "use.c"], tmp_path)
 
 
 def test_every_function_is_declared():

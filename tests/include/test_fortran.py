@@ -11,6 +11,7 @@ import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from tests.include.test_damage import CODES, HEADER
 from tests.include.test_stream import by_python, of_photons
+from tests.support.builds import SANITIZED, header
 from tests.support.host_programs import FLAGS, needs, run
 from tests.support.host_scenes import WAVEBANDS, disc, table
 from tests.support.pages import SavedFile, steps
@@ -20,11 +21,10 @@ from tests.support.source_files import built, same_bits, source_of
 pytestmark = needs("gcc", "gfortran")
 MODULE = include_dir() / "aomc_sky.f90"
 TEXT = MODULE.read_text()
-SANITIZERS = "-fsanitize=address,undefined -fno-sanitize-recover=all"
 STRICT = {
     "plain": FLAGS,
     "wide": "-fcheck=all -fdefault-integer-8 -fdefault-real-8 -Wall -Wextra -Werror",
-    "sanitized": f"-g {SANITIZERS} -fcheck=all -Wall -Wextra -Werror",
+    "sanitized": f"{SANITIZED} -fcheck=all -Wall -Wextra -Werror",
 }
 
 
@@ -40,11 +40,7 @@ class Fortran:
         if not into.exists():
             into.mkdir()
             run(["gfortran", *STRICT[name].split(), "-c", str(MODULE)], into)
-            flags = f"-g {SANITIZERS}" if name == "sanitized" else "-O1"
-            c = self.folder / ("sanitized.o" if name == "sanitized" else "plain.o")
-            if not c.exists():
-                run(["gcc", *flags.split(), "-c", "-o", str(c), str(include_dir() / "aomc_sky.c")], self.folder)
-            shutil.copy(c, into / "header.o")
+            shutil.copy(header(f"-O0 {SANITIZED}" if name == "sanitized" else "-O1"), into)
         return into
 
     def build(self, name, text, folder, *more):

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.cli.main import main
 from tests.include.test_damage import CODES, code_of, code_said, entry, read_under_sanitizers, with_bytes, word
+from tests.support.builds import fortran_flags
 from tests.support.host_programs import needs, run
 from tests.support.host_scenes import WAVEBANDS, disc, table
 from tests.support.shared import INPUTS
@@ -171,10 +171,7 @@ def test_fortran(tmp_path):
     source = source_of("disc and table", 2500, replicates=4)
     sky.write_source(source, tmp_path / "day.sky")
     (tmp_path / "runs.f90").write_text(PROGRAM)
-    folder = include_dir()
-    run(["gcc", "-O1", "-c", str(folder / "aomc_sky.c")], tmp_path)
-    command = ["gfortran", "-O2", "-Wall", "-Werror", "-o", "runs", str(folder / "aomc_sky.f90"), "runs.f90"]
-    run([*command, "aomc_sky.o", "-lm"], tmp_path)
+    run(["gfortran", "-o", "runs", "runs.f90", *fortran_flags()], tmp_path)
     message, *lines = run(["./runs"], tmp_path).strip().split("\n")
     assert "aomc_sky_replicate" in message
     uz = source.photons(1).uz.astype(float)

@@ -13,6 +13,7 @@ from aomc_sky.cli.main import main
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.source_file import source_bytes
 from tests.include.test_damage import CODES, code_of, code_said, entry, read_under_sanitizers, with_bytes, word
+from tests.support.builds import fortran_flags
 from tests.support.host_programs import needs, run
 from tests.support.host_scenes import WAVEBANDS, disc, perez, table
 from tests.support.sampled import table_of
@@ -365,10 +366,7 @@ def test_fortran(precision, real, suffix, tmp_path):
     sky.write_source(source, tmp_path / "day.sky")
     text = PROGRAM.format(real=real, suffix=suffix)
     (tmp_path / "shares.f90").write_text(text)
-    folder = include_dir()
-    run(["gcc", "-O1", "-c", str(folder / "aomc_sky.c")], tmp_path)
-    command = ["gfortran", "-O2", "-Wall", "-Werror", "-o", "shares", str(folder / "aomc_sky.f90"), "shares.f90"]
-    run([*command, "aomc_sky.o", "-lm"], tmp_path)
+    run(["gfortran", "-o", "shares", "shares.f90", *fortran_flags()], tmp_path)
     message, numbers = run(["./shares"], tmp_path).strip().split("\n")
     assert "aomc_sky_weighted_band" in message
     batch = source.photons(0)

@@ -5,9 +5,6 @@ import dataclasses
 import functools
 import itertools
 import shutil
-import subprocess
-import tempfile
-from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -20,6 +17,7 @@ from aomc_sky.emission.source_file import tables_of
 from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import OrderWord, PlacementWord, PrecisionWord
 from tests.support import fairness
+from tests.support.builds import once
 from tests.support.host_scenes import WAVEBANDS, components, disc, perez, table
 from tests.support.shared import REPOSITORY
 
@@ -37,22 +35,16 @@ STRICT = "-Wall -Wextra -pedantic -Wshadow -Werror"
 
 @functools.cache
 def _built(flags, compiler):
-    folder = Path(tempfile.mkdtemp(prefix="aomc-sky-driver-"))
     language = ["-x", "c++"] if compiler.endswith("++") else []
     options = [*flags.split(), *STRICT.split(), "-fPIC", f"-I{include_dir()}"]
     compile_it = [compiler, *options, "-c", "-o", "driver.o", *language, str(DRIVER)]
     # linked without the flags: a library linked with -ffast-math makes the process that loads it flush subnormals to 0
     link_it = [compiler, "-shared", "-o", "driver.so", "driver.o", "-lm"]
-    for command in (compile_it, link_it):
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-    library = ctypes.CDLL(str(folder / "driver.so"))
-    shutil.rmtree(folder)
-    return Driver(library)
+    return Driver(ctypes.CDLL(str(once(compile_it, link_it) / "driver.so")))
 
 
 def built(flags="-O2", compiler="gcc"):
-    """The driver, which uses the whole header, compiled with flags and without a warning, once per process."""
+    """The driver, which uses the whole header, compiled with flags and without a warning, once a run."""
     return _built(flags, compiler)
 
 
