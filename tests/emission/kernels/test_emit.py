@@ -42,14 +42,21 @@ def cells_source(cell, mass, n, grid=None):
     return sky.Scene(wavebands=BANDS, n_photons=n, components=(many,)).source()
 
 
-def ways():
-    """Kernels of lobes take minutes to compile: one way of them by default."""
-    for name, *way in [*WAYS, *itertools.product(MORE, *OPTIONS)]:
-        is_slow = name in LOBES and (name, *way) != ("lobes", "float32", "shuffled", "r2")
-        yield pytest.param(name, *way, marks=pytest.mark.slow if is_slow else ())
+COVERING = [
+    ("table", "float32", "shuffled", "r2"),
+    ("table", "float32", "patch", "r2"),
+    ("sloped", "float32", "shuffled", "philox"),
+    ("everything", "float64", "patch", "philox"),
+    ("lobes", "float32", "shuffled", "r2"),
+]
+"""Of every kernel and hook one variant: others differ in their types, and take as long to compile."""
+OTHERS = [way for way in (*WAYS, *itertools.product(MORE, *OPTIONS)) if way not in COVERING]
 
 
-@pytest.mark.parametrize(("name", "precision", "order", "placement"), list(ways()))
+@pytest.mark.parametrize(
+    ("name", "precision", "order", "placement"),
+    [*COVERING, *(pytest.param(*way, marks=pytest.mark.slow) for way in OTHERS)],
+)
 def test_compiled_equals_plain(name, precision, order, placement):
     source = source_of(name, order=order, placement=placement, precision=precision)
     compared(source, N // 5, N)
@@ -67,7 +74,7 @@ def test_the_word_of_a_perez_cell_gives_back_its_tilts():
     np.testing.assert_allclose(jacobian, (1 + tilts[0] * 0.5) * (1 - tilts[1] * 0.75), rtol=1e-14)
 
 
-@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("precision", ["float32", pytest.param("float64", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("n", [N // 60, N])
 def test_short_and_long_runs(precision, n):
     """Patch order takes a loop per cell where cells hold many photons, the general way where they do not."""
@@ -111,6 +118,7 @@ def test_lobes_of_2_to_the_62_photons(name):
     assert source.n_photons(0) == 2**62
 
 
+@pytest.mark.slow
 def test_more_words_than_16_bits():
     """Cells that share neither ring nor column need 32-bit positions in the table of parameters."""
     n = 33_000 if JIT else 40
