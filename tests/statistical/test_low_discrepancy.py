@@ -5,6 +5,7 @@ import pytest
 
 from aomc_sky.component import Law
 from tests.support import chi2
+from tests.support.backend import photons_by
 from tests.support.sampled import (
     azimuth_place,
     cell_component,
@@ -23,6 +24,13 @@ SEEDS = 1000
 """The least for a Kolmogorov test; 28 of them in each of 6 x 6 cells."""
 DOME = ((0.0, 90.0), (0.0, 360.0))
 PLACE = {Law.CELL_MU2: zenith_place_mu2, Law.CELL_MU: zenith_place_mu}
+
+
+@pytest.fixture(autouse=True)
+def _in_plain_numpy():
+    """Kernels of these laws and this precision would be compiled for this file alone, which takes longer."""
+    with photons_by(kernels=False):
+        yield
 
 
 def dome_places(law, batch):

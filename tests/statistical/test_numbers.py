@@ -11,12 +11,20 @@ from aomc_sky.emission import band
 from aomc_sky.kernels.arithmetic.constants import ACCEPT_STEP, R2_STEP_V
 from bench import number_modes
 from tests.support import chi2
+from tests.support.backend import photons_by
 from tests.support.sampled import cell_component, even, scene
 
 N = 400_000
 SEEDS = 1000
 PAIRS = list(combinations(range(5), 2))
 """Of s and t, the two coordinates of the direction, and n1, n2, n3."""
+
+
+@pytest.fixture(autouse=True)
+def _in_plain_numpy():
+    """Kernels of these laws and this precision would be compiled for this file alone, which takes longer."""
+    with photons_by(kernels=False):
+        yield
 
 
 def coordinates(batch):
@@ -90,8 +98,14 @@ def test_a_rejection_does_not_choose_numbers(monkeypatch):
     assert chi_square_with_the_place(scene(model, N).source(seed=3, precision="float64"))[0] > 5
 
 
-SMALL = [(name, n) for name in ("perez", "equal patches", "lobes", "uniform") for n in (300, 1000)]
-LARGE = [("perez", 13_000), ("equal patches", 5760), ("table", 10_000), ("uniform", 10_000)]
+SMALL = [(name, 300) for name in ("perez", "equal patches", "lobes", "uniform")]
+LARGE = [
+    *((name, 1000) for name, _ in SMALL),
+    ("perez", 13_000),
+    ("equal patches", 5760),
+    ("table", 10_000),
+    ("uniform", 10_000),
+]
 
 
 @pytest.mark.parametrize(("name", "n"), [*SMALL, *(pytest.param(*row, marks=pytest.mark.slow) for row in LARGE)])
@@ -109,7 +123,7 @@ def variance_of_the_beat(monkeypatch, lattice):
     """Of exp i(2 pi (2 n1 + n2) - azimuth), over that of independent numbers, where rings have 141 photons."""
     monkeypatch.setattr(band, "_is_one_lattice", lambda plan, number: lattice)
     total = []
-    for seed in range(60):
+    for seed in range(18):
         direction, numbers = number_modes.photons(number_modes.GRIDS["perez"](), 13_000, seed)
         total.append(np.exp(2j * np.pi * (2 * numbers[:, 0] + numbers[:, 1] - direction[:, 2])).sum())
     return np.mean(np.abs(total) ** 2) / 13_000
@@ -118,7 +132,7 @@ def variance_of_the_beat(monkeypatch, lattice):
 def test_rings_do_not_beat_with_two_numbers(monkeypatch):
     """47 times the variance of independent numbers by the lattice: 2 n1 + n2 makes a turn in each ring."""
     assert variance_of_the_beat(monkeypatch, lattice=False) < 2
-    assert variance_of_the_beat(monkeypatch, lattice=True) > 40
+    assert variance_of_the_beat(monkeypatch, lattice=True) > 20
 
 
 @pytest.mark.parametrize("n", [pytest.param(7, marks=pytest.mark.slow), 60])

@@ -29,6 +29,7 @@ def scene(n_photons):
     return sky.Scene(wavebands=[500.0], n_photons=n_photons, components=table)
 
 
+@functools.cache
 def cosines(seed, method, replicates):
     """Mu of one run, a row for each replicate, or for each batch of photons that follow each other."""
     source = scene(R * N).source(seed=seed, method=method, precision="float64", replicates=replicates)
