@@ -3,11 +3,12 @@
 import fcntl
 import hashlib
 import os
+import subprocess
 import tempfile
 from pathlib import Path
 
 from aomc_sky.cli.commands.info import include_dir
-from tests.support.host_programs import REFERENCE, run
+from tests.support.host_programs import REFERENCE
 
 FOLDER = "AOMC_SKY_BUILDS"
 """The environment variable that names the folder; `tests/conftest.py` makes the folder and deletes it."""
@@ -24,7 +25,8 @@ def once(*commands):
         if not made.exists():
             unfinished = Path(tempfile.mkdtemp(dir=made.parent))
             for command in commands:
-                run(command, unfinished)
+                done = subprocess.run(command, cwd=unfinished, capture_output=True, text=True, check=False)
+                assert done.returncode == 0, done.stderr
             unfinished.rename(made)
     return made
 
