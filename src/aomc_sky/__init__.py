@@ -53,6 +53,7 @@ _HOMES = {
     "emission.photons": "Photon PhotonBatch",
     "plan.options": "Footprint FootprintShape",
     "plan.plan": "Plan",
+    "source.irradiances": "irradiances",
     "source.read.measured": "read_radiance_csv",
     "source.read.scene": "read_scene",
     "source.scene": "Scene",

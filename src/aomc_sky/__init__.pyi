@@ -63,6 +63,7 @@ from aomc_sky.skies.polarisation import RayleighPattern as RayleighPattern
 from aomc_sky.skies.tabulated import TabulatedSky as TabulatedSky
 from aomc_sky.skies.tabulated import Weighting as Weighting
 from aomc_sky.skies.uniform import UniformSky as UniformSky
+from aomc_sky.source.irradiances import irradiances as irradiances
 from aomc_sky.source.light.spectral_split import Aerosol as Aerosol
 from aomc_sky.source.light.spectral_split import ClearSky as ClearSky
 from aomc_sky.source.light.sun_position import sun_position as sun_position

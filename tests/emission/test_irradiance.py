@@ -102,3 +102,15 @@ def test_means_of_bands_and_perez_cells():
         found = mean_moments(component.mass[0], mean, inverse)
         results.append((found.mean_mu, found.mean_inverse_mu))
     np.testing.assert_allclose(results[0], results[1], rtol=2e-4)
+
+
+def test_irradiance_of_a_scene_has_names_and_the_total():
+    known = scene(Irradiance(of_component=[[1.0, 0.25], [2.0, 0.0]])).irradiance
+    assert known.component_names == ("direct", "uniform")
+    assert known.total.tolist() == [1.25, 2.0]
+    assert known.of("uniform").tolist() == [0.25, 0.0]
+    assert repr(known) == "Irradiance(direct 1 to 2, uniform 0 to 0.25, total 1.25 to 2 W m-2 nm-1)"
+    with pytest.raises(sky.UsageError, match="no component 'perez'; the names are direct, uniform"):
+        known.of("perez")
+    with pytest.raises(SceneError, match="component_names"):
+        Irradiance(of_component=[[1.0]], component_names=("one", "two"))

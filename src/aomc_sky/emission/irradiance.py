@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from aomc_sky.component import Component
-from aomc_sky.errors import SceneError
+from aomc_sky.errors import SceneError, UsageError, shown_value
 from aomc_sky.plan.laws import law_of
-from aomc_sky.record import same_content, short_repr
+from aomc_sky.record import same_content
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -67,13 +67,40 @@ class Irradiance:
     horizon_loss : array_like, float64, shape (n_band,), optional
         Of the light of the lobes, integrated over the sphere, the share that comes from below the horizon and
         sends no photons; 0 without lobes. [0 to 1]
+    component_names : tuple of str, optional
+        Names of the columns; a scene fills in those of its components.
+
+    Examples
+    --------
+    >>> scene = sky.weather_scene(
+    ...     wavebands=[443.0, 555.0], sun_zenith_deg=40.0, spectrum="spectrl2"
+    ... )
+    >>> scene.irradiance
+    Irradiance(direct 0.912 to 1.09, perez 0.186 to 0.296, total 1.21 to 1.28 W m-2 nm-1)
+    >>> print(scene.irradiance.of("direct").round(3))
+    [0.912 1.092]
     """
 
     of_component: np.ndarray
     horizon_loss: np.ndarray = None  # type: ignore[assignment]
+    component_names: tuple[str, ...] = ()
 
     __eq__ = same_content
-    __repr__ = short_repr
+
+    def __repr__(self) -> str:
+        named = [*zip(self.component_names, self.of_component.T, strict=False), ("total", self.total)]
+        return f"Irradiance({', '.join(f'{name} {_spread(values)}' for name, values in named)} W m-2 nm-1)"
+
+    @property
+    def total(self) -> np.ndarray:
+        """Irradiance of all components together, (n_band,). [W m-2 nm-1]"""
+        return self.of_component.sum(axis=1)
+
+    def of(self, name: str) -> np.ndarray:
+        """Irradiance of the component of this name, (n_band,). [W m-2 nm-1]"""
+        if name not in self.component_names:
+            raise UsageError(f"there is no component {name!r}", f"the names are {', '.join(self.component_names)}")
+        return self.of_component[:, self.component_names.index(name)]
 
     def __post_init__(self) -> None:
         horizon_loss: np.ndarray | None = self.horizon_loss
@@ -88,6 +115,9 @@ class Irradiance:
         for name, array in (("of_component", irradiance), ("horizon_loss", loss)):
             array.flags.writeable = False
             object.__setattr__(self, name, array)
+        names = self.component_names
+        if not isinstance(names, tuple) or (names and len(names) != irradiance.shape[1]):
+            raise SceneError(f"component_names are a tuple, one name for each column, got {shown_value(names)}")
 
     @classmethod
     def of_components(cls, components: Sequence[Component], row_of_band: np.ndarray) -> Irradiance | None:
@@ -103,3 +133,11 @@ class Irradiance:
         sphere, lost = np.sum(total, axis=0), np.sum(total - above, axis=0)
         loss = np.divide(lost, sphere, out=np.zeros_like(lost), where=sphere > 0)
         return cls(of_component=plane.T[row_of_band], horizon_loss=np.clip(loss, 0.0, 1.0)[row_of_band])
+
+
+def _spread(values: np.ndarray) -> str:
+    """The range of an irradiance over the wavebands."""
+    if not values.size:
+        return "none"
+    low, high = (f"{float(end):.3g}" for end in (values.min(), values.max()))
+    return low if low == high else f"{low} to {high}"

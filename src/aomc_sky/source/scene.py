@@ -99,7 +99,8 @@ class Scene:
     bias : mapping of str to float
         Share of the photons of components unless a caller chooses; see `source`.
     irradiance : Irradiance, optional
-        Absolute units; by default those of the components, if all of them have any (`LobeSky`).
+        Absolute units; by default those of the components, if all of them have any (`LobeSky`). Its `component_names`
+        are those of the scene, its `total` (n_band,) is their sum.
         Photons follow `strength` alone.
 
     Examples
@@ -226,7 +227,8 @@ class Scene:
         if self.irradiance is not None and self.irradiance.of_component.shape != expected:
             raise SceneError(f"irradiance must have one entry for each of {n_bands} bands and {expected[1]} components")
         if self.irradiance is not None:
-            _warn_of_too_much_light(self.wavebands.wavelength_nm, self.irradiance.of_component.sum(axis=1))
+            object.__setattr__(self, "irradiance", dataclasses.replace(self.irradiance, component_names=tuple(names)))
+            warn_of_too_much_light(self.wavebands.wavelength_nm, self.irradiance.of_component.sum(axis=1))
 
     def _require_kinds(self) -> None:
         """UsageError for what no later step looks at, or looks at too late."""
@@ -418,8 +420,11 @@ def _require_mapping(given: object, name: str) -> None:
         raise UsageError(f"{name} is a mapping of names of components, got {given!r}", "write {'direct': 0.2}")
 
 
-def _warn_of_too_much_light(wavelength_nm: np.ndarray, irradiance: np.ndarray) -> None:
-    """Clouds double the light of the sun at most; a unit that is read wrongly makes factors of 10 and more."""
+def warn_of_too_much_light(wavelength_nm: np.ndarray, irradiance: np.ndarray) -> None:
+    """Warn of an irradiance (n_band,) of the horizontal plane that no sky has.
+
+    Clouds double the light of the sun at most; a unit that is read wrongly makes factors of 10 and more.
+    """
     sun = solar_irradiance(wavelength_nm)
     band = int(np.argmax(irradiance / sun))
     if irradiance[band] > 2 * sun[band]:

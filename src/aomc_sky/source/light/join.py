@@ -58,19 +58,23 @@ class Files:
     backgrounds: Sequence[LobeSky] = ()
 
 
-def light_of(
-    speakers: Speakers,
-    sky: Sky,
-    bands: Wavebands,
-    wanted: np.ndarray,
-    *,
-    files: Files | None = None,
-    given: Iterable[str] = (),
-) -> Light:
-    """The light that speakers and a sky make; `wanted` (n_band,) says which wavebands shall have photons.
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Split:
+    """Where the sun is, and how bright beam and sky are, before the sky has components."""
 
-    `given` are further inputs of the caller, `files` those of AOMC.
-    """
+    answer: Brightness
+    sun: Sun | None
+    light: InBands
+    kept: InBands  #: the same without the beam, where that is left out
+    has_photons: np.ndarray  #: (n_band,)
+    is_lit: bool  #: whether a waveband has light of the sky
+    notes: tuple[str, ...]
+
+
+def split_of(
+    speakers: Speakers, sky: Sky, bands: Wavebands, *, files: Files | None = None, given: Iterable[str] = ()
+) -> Split:
+    """How bright beam and sky are by what speakers say; arguments of `light_of`."""
     nm = bands.wavelength_nm
     is_alone = is_diffuse_only(speakers)
     warns = (files is not None or sky.is_whole) and not is_alone
@@ -87,11 +91,33 @@ def light_of(
     _refuse_too_bright(light, sun, bands)
     kept = light.without_beam() if is_alone else light
     is_lit = _has_sky(light, kept, has_photons, names_said(speakers))
+    return Split(
+        answer=answer, sun=sun, light=light, kept=kept, has_photons=has_photons, is_lit=is_lit, notes=tuple(notes)
+    )
+
+
+def light_of(
+    speakers: Speakers,
+    sky: Sky,
+    bands: Wavebands,
+    wanted: np.ndarray,
+    *,
+    files: Files | None = None,
+    given: Iterable[str] = (),
+) -> Light:
+    """The light that speakers and a sky make; `wanted` (n_band,) says which wavebands shall have photons.
+
+    `given` are further inputs of the caller, `files` those of AOMC.
+    """
+    nm = bands.wavelength_nm
+    split = split_of(speakers, sky, bands, files=files, given=given)
+    answer, sun, light, kept, is_lit = split.answer, split.sun, split.light, split.kept, split.is_lit
+    is_alone = is_diffuse_only(speakers)
     lowered = sky.lower(sun, nm, light) if is_lit else Lowered(components=(), row_of_band=np.zeros(nm.size, np.int64))
     fractions, sky_rows, of_band = _rows(kept.direct_fraction, lowered.row_of_band)
     components = [] if is_alone else _beam(sun, fractions)
     components += _diffuse(lowered.components, sky_rows, fractions, nm[_first_of(of_band)], sky.made_of)
-    notes = [*_split_notes(light, answer, sky, sun, is_lit=is_lit, is_alone=is_alone), *notes, *light.notes]
+    notes = [*_split_notes(light, answer, sky, sun, is_lit=is_lit, is_alone=is_alone), *split.notes, *light.notes]
     if is_lit and not (fractions.any() or is_alone):
         notes += [lowered.missing_beam] * bool(lowered.missing_beam)
     notes += lowered.notes
@@ -110,7 +136,7 @@ def light_of(
             **light.options,
         },
     )
-    return in_absolute_units(found, bands, files, kept, wanted & has_photons)
+    return in_absolute_units(found, bands, files, kept, wanted & split.has_photons)
 
 
 def _sun_of(speakers: Speakers, answer: Brightness, sky: Sky) -> Sun | None:
@@ -152,7 +178,7 @@ def _without_a_beam(speakers: Speakers, sky: Sky, files: Files | None) -> list[s
             f"nothing says how bright it is beside {sky.made_of}; write {_AMOUNTS}, or {{diffuse_only:True}} for the "
             "sky alone"
         )
-        warnings.warn(f"the direct beam of the sun is missing: {say(text)}", InputWarning, stacklevel=4)
+        warnings.warn(f"the direct beam of the sun is missing: {say(text)}", InputWarning, stacklevel=5)
     if files is not None and files.light_source is LightSource.FILE:
         return [f"all light comes from {sky.made_of}, which replaces skydist.inp"]
     return []
@@ -178,7 +204,7 @@ def _refuse_too_bright(light: InBands, sun: Sun | None, bands: Wavebands) -> Non
     )
     if "spectrum" not in light.options or excess[band] > _MOST_OF_DRY_AIR:
         raise SceneError(f"{text}", "check the irradiances and their unit")
-    warnings.warn(f"{text}: the spectrum is that of air at the sea, and this air is clearer", ModelLimitWarning, 3)
+    warnings.warn(f"{text}: the spectrum is that of air at the sea, and this air is clearer", ModelLimitWarning, 4)
 
 
 def _has_sky(light: InBands, kept: InBands, has_photons: np.ndarray, names: Sequence[str]) -> bool:

@@ -257,7 +257,9 @@ class Named:
         return self.needs_sun
 
     def irradiance(self, sun: Sun | None, wavelength_nm: np.ndarray) -> np.ndarray | None:
-        """Of its components."""
+        """Of its components; skies of ours have the radiance of a law, which is relative."""
+        if self.plugin.make.plugin.is_ours:
+            return None
         return irradiance_of(self._components(sun, wavelength_nm)[1])
 
     def lower(self, sun: Sun | None, wavelength_nm: np.ndarray, light: InBands) -> Lowered:

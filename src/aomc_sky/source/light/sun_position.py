@@ -76,8 +76,13 @@ def _no_time(given: object) -> UsageError:
     )
 
 
-def _times(given: ArrayLike | str | datetime.datetime) -> np.ndarray:
-    """Times of a caller in UTC, datetime64[s]: each text and each datetime says its zone."""
+def times_utc(given: ArrayLike | str | datetime.datetime) -> np.ndarray:
+    """Times of a caller in UTC, datetime64[s]: each text, each datetime and an index of pandas says its zone."""
+    if hasattr(given, "tz_localize") and getattr(getattr(given, "dt", given), "tz", 0) is None:
+        raise UsageError(
+            "the times of pandas do not say their time zone",
+            "write times.tz_localize('UTC') of an index, times.dt.tz_localize('UTC') of a column",
+        )
     if given is None or isinstance(given, (str, datetime.date)):
         return np.asarray(utc(given))
     try:
@@ -145,7 +150,7 @@ def sun_position(
     >>> print(f"{sun.apparent_zenith_deg:.1f} {sun.azimuth_deg:.1f}")
     31.1 256.5
     """
-    times = _times(time)
+    times = times_utc(time)
     for name, value in (("latitude", latitude_deg), ("longitude", longitude_deg), ("altitude", altitude_m)):
         try:
             number(name, value)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -106,20 +106,31 @@ def moment_of(given: Mapping[str, Any], perez: Mapping[str, Any], sun: Mapping[s
     return _moment_of_time(**given, names=tuple(given))
 
 
-def _moment_of_time(
-    time: Any, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0, *, names: tuple[str, ...]
-) -> Moment:
-    from aomc_sky.source.light.sun_position import sun_position, utc
+def _moment_of_time(time: Any, *, names: tuple[str, ...], **place: float) -> Moment:
+    from aomc_sky.source.light.sun_position import utc
 
-    moment = utc(time)
-    position = sun_position(moment, latitude_deg, longitude_deg, altitude_m)
+    return moments_of_times(np.atleast_1d(utc(time)), **place, names=names)[0]
+
+
+def moments_of_times(
+    times: np.ndarray, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0, *, names: tuple[str, ...]
+) -> list[Moment]:
+    """The sun of a place at times in UTC, datetime64[s] (n,); `names` are the inputs that say so."""
+    from aomc_sky.source.light.sun_position import SunPosition, sun_position
+
+    if not times.size:
+        return []
+    found = sun_position(times, latitude_deg, longitude_deg, altitude_m)
     latitude_deg, longitude_deg, altitude_m = float(latitude_deg), float(longitude_deg), float(altitude_m)
-    text = str(np.datetime_as_string(moment, timezone="UTC"))
     place = f"latitude {latitude_deg:g}, longitude {longitude_deg:g}"
-    source = {"time": text, "latitude_deg": latitude_deg, "longitude_deg": longitude_deg}
+    source = {"latitude_deg": latitude_deg, "longitude_deg": longitude_deg}
     if altitude_m:
         source["altitude_m"], place = altitude_m, f"{place}, altitude {altitude_m:g} m"
-    return _moment(position, f"{text}, {place}", source, names=names)
+    moments = []
+    for k, text in enumerate(np.datetime_as_string(times, timezone="UTC").tolist()):
+        position = SunPosition(**{one.name: getattr(found, one.name)[k] for one in fields(found)})
+        moments.append(_moment(position, f"{text}, {place}", {"time": text, **source}, names=names))
+    return moments
 
 
 def _moment(position: SunPosition[float], origin: str, source: dict[str, Any], **others: Any) -> Moment:
