@@ -197,6 +197,20 @@ def in_both_units(model: type[C]) -> type[C]:
     return model
 
 
+def angle_as_given(name: str, value: Any) -> str:
+    """`name=value` of a field that has a twin, in the unit in which the number is the shorter one; empty for others.
+
+    Both give the same angle, and the shorter one is what a person wrote.
+    """
+    if name[-4:] not in _TWINS or not isinstance(value, float) or not math.isfinite(value):
+        return ""
+    twin = name[:-4] + _TWINS[name[-4:]]
+    short = float(f"{given_angle(twin, None, value):.12g}")
+    is_same = given_angle(name, None, short) == value
+    by = len(repr(value)) - len(repr(short))
+    return f"{twin}={short!r}" if is_same and (by > 0 or (by == 0 and twin.endswith("_deg"))) else ""
+
+
 def _converted(name: str, twin: str) -> property:
     return property(lambda model: given_angle(name, None, getattr(model, twin)))
 

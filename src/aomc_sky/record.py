@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -30,14 +30,18 @@ def _are_equal(one: Any, other: Any) -> bool:
     return bool(one == other)
 
 
-def short_repr(one: Any) -> str:
-    """Class and fields of a dataclass that differ from their defaults, long ones by their size: a `__repr__`."""
+def short_repr(one: Any, shown: Callable[[str, Any], str] | None = None) -> str:
+    """Class and fields of a dataclass that differ from their defaults, long ones by their size: a `__repr__`.
+
+    `shown` may write ``name=value`` of some fields in another way; an empty text leaves it as it is.
+    """
     parts = []
     for field in dataclasses.fields(one):
         value = getattr(one, field.name)
         is_default = value is field.default or (isinstance(value, (str, int, float)) and value == field.default)
         if field.repr and not is_default:
-            parts.append(f"{field.name}={_shown(value)}")
+            own = shown(field.name, value) if shown else ""
+            parts.append(own or f"{field.name}={_shown(value)}")
     return f"{type(one).__name__}({', '.join(parts)})"
 
 

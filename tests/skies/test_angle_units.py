@@ -93,3 +93,19 @@ def test_multiples_of_90_degrees_are_exact():
         radians = float(mpmath.mpf(degrees) * mpmath.pi / 180)
         assert given_angle("x_rad", None, degrees) == radians == math.radians(degrees)
         assert given_angle("x_deg", None, radians) == degrees
+
+
+@pytest.mark.parametrize("unit", ["deg", "rad"])
+@pytest.mark.parametrize("kind", [sky.PerezSky, sky.CIESky, sky.HarrisonCoombesSky, sky.DirectBeam])
+def test_repr_has_angles_in_the_unit_in_which_they_were_given(kind, unit):
+    more = {sky.PerezSky: {"dni": 850.0, "dhi": 95.0}, sky.CIESky: {"type": 12}}.get(kind, {})
+    for zenith, azimuth in ((0.7, 1.1), (0.1, 0.3), (1.23, 0.0)) if unit == "rad" else ((40.0, 121.25), (32.4, 0.3)):
+        model = kind(**{f"sun_zenith_{unit}": zenith, f"sun_azimuth_{unit}": azimuth}, **more)
+        assert f"sun_zenith_{unit}={zenith}" in repr(model)
+        assert not azimuth or f"sun_azimuth_{unit}={azimuth}" in repr(model)
+        assert eval(repr(model), vars(sky)) == model
+
+
+def test_repr_of_a_perez_sky_has_what_was_given():
+    model = sky.PerezSky(sun_zenith_deg=40.0, dni=850.0, dhi=95.0)
+    assert repr(model) == "PerezSky(sun_zenith_deg=40.0, sun_azimuth_deg=0.0, dni=850.0, dhi=95.0)"

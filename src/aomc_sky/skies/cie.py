@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component
 from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError
-from aomc_sky.skies.model import Share, check_share
+from aomc_sky.skies.model import Share, check_share, sky_repr
 from aomc_sky.skies.perez.sky import PerezSky
 from aomc_sky.whole_number import as_number_of
 
@@ -81,6 +81,8 @@ class CIESky(Share):
     polarisation: RayleighPattern | None = None
     sun_zenith_deg: InitVar[float | None] = None
     sun_azimuth_deg: InitVar[float | None] = None
+
+    __repr__ = sky_repr
 
     def __post_init__(self, sun_zenith_deg: float | None, sun_azimuth_deg: float | None) -> None:
         as_number_of(self.type, "type of a CIE sky", 1, len(TYPES), error=SceneError)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component, Law
 from aomc_sky.directions import arcsin_deg, in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import SceneError
-from aomc_sky.skies.model import Share, check_share, with_share
+from aomc_sky.skies.model import Share, check_share, sky_repr, with_share
 
 SOLAR_RADIUS_DEG = 0.2665  #: Mean angular radius of the solar disc.
 SMALLEST_CUT_DEG = 1e-4  #: Radius below which the angle of a disc's upper rim has too few digits beside 90 degrees.
@@ -73,6 +73,8 @@ class DirectBeam(Share):
     sun_zenith_rad: InitVar[float | None] = None
     sun_azimuth_rad: InitVar[float | None] = None
     radius_rad: InitVar[float | None] = None
+
+    __repr__ = sky_repr
 
     def __post_init__(
         self, sun_zenith_rad: float | None, sun_azimuth_rad: float | None, radius_rad: float | None

@@ -14,7 +14,7 @@ from aomc_sky.component import Component
 from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError, floats, number
 from aomc_sky.skies.function_sky import FunctionSky
-from aomc_sky.skies.model import Share, check_share, polarised, with_share
+from aomc_sky.skies.model import Share, check_share, polarised, sky_repr, with_share
 from aomc_sky.skies.perez.sky import PerezSky
 
 if TYPE_CHECKING:
@@ -63,6 +63,8 @@ class HarrisonCoombesSky(Share):
     polarisation: RayleighPattern | None = None
     sun_zenith_deg: InitVar[float | None] = None
     sun_azimuth_deg: InitVar[float | None] = None
+
+    __repr__ = sky_repr
 
     def __post_init__(self, sun_zenith_deg: float | None, sun_azimuth_deg: float | None) -> None:
         if not 0.0 <= number("cloud_cover", self.cloud_cover) <= 1.0:

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
+from aomc_sky.directions import angle_as_given
 from aomc_sky.errors import SceneError, UsageError, floats, shown_value
+from aomc_sky.record import short_repr
 
 
 @runtime_checkable
@@ -81,6 +83,11 @@ class Share:
 
     def __post_init__(self) -> None:
         check_share(self)
+
+
+def sky_repr(model: Share) -> str:
+    """What differs from the defaults, angles in the unit in which they were given: a `__repr__`."""
+    return short_repr(model, angle_as_given)
 
 
 def check_share(model: Share) -> None:

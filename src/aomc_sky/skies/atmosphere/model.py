@@ -17,7 +17,7 @@ from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError, require_kind
 from aomc_sky.grid import PatchGrid
 from aomc_sky.progress import is_free, status_line
-from aomc_sky.record import same_content, short_repr
+from aomc_sky.record import same_content
 from aomc_sky.skies.atmosphere.description.medium import read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.lights import Moon
@@ -26,7 +26,7 @@ from aomc_sky.skies.atmosphere.sky.method import NIGHT_DEG, SolverWord
 from aomc_sky.skies.atmosphere.sky.solve import relative_errors, solve_sky
 from aomc_sky.skies.atmosphere.sky.solved import SolvedSky, glow_means, patch_means
 from aomc_sky.skies.direct_beam import DirectBeam
-from aomc_sky.skies.model import Share, broadcast, check_share, polarised, with_share
+from aomc_sky.skies.model import Share, broadcast, check_share, polarised, sky_repr, with_share
 from aomc_sky.skies.quadrature import centres_deg
 from aomc_sky.wavebands import nearest_wavelength_index
 
@@ -110,7 +110,7 @@ class AtmosphereSky(Share):
     patch_change: float = field(init=False, repr=False, compare=False)
 
     __eq__ = same_content
-    __repr__ = short_repr
+    __repr__ = sky_repr
 
     def __post_init__(self, sun_zenith_rad: float | None, sun_azimuth_rad: float | None) -> None:
         check_share(self)

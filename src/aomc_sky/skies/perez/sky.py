@@ -15,7 +15,7 @@ from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, floats, number, require_kind, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.options import MODEL
-from aomc_sky.skies.model import Share, check_share, polarised, with_share
+from aomc_sky.skies.model import Share, check_share, polarised, sky_repr, with_share
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.bounds import patch_bounds
 from aomc_sky.skies.perez.coefficients import AirMassWord, LimitsWord, beam_ratio
@@ -120,6 +120,8 @@ class PerezSky(Share):
     _input: tuple[float, float] | None = field(init=False, repr=False, compare=False, default=None)
     _used: np.ndarray = field(init=False, repr=False, compare=False)
     _integral: float = field(init=False, repr=False, compare=False, default=math.nan)
+
+    __repr__ = sky_repr
 
     def __post_init__(self, sun_zenith_deg: float | None, sun_azimuth_deg: float | None) -> None:
         check_share(self)
