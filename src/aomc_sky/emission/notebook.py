@@ -39,5 +39,5 @@ def _picture(draw: Callable[[], Any]) -> str:
 def png_bytes(figure: Any) -> bytes:
     """A figure of matplotlib as a PNG."""
     data = io.BytesIO()
-    figure.savefig(data, format="png", dpi=figure.dpi)
+    figure.canvas.print_png(data)  # savefig draws twice
     return data.getvalue()

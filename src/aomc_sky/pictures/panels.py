@@ -276,6 +276,9 @@ class Ruler:
             if lines and self.width_in(longer, font_pt) <= width_in:
                 lines[-1] = longer
                 continue
+            if self.width_in(word, font_pt) <= width_in:
+                lines.append(word)
+                continue
             lines.append("")
             for letter in word:
                 if lines[-1] and self.width_in(lines[-1] + letter, font_pt) > width_in:
