@@ -20,11 +20,11 @@ BACKGROUND = "[[background]]\nfile = 'glow.h5'\ntime = 0\n"
 
 
 def write_glow(folder, animations, name="glow.h5"):
-    sky.write_background(folder / name, sky.background_of_lobes(animations, WAVELENGTH))
+    sky.lobes.write_background(folder / name, sky.lobes.background_of_lobes(animations, WAVELENGTH))
 
 
 def glow(**shape):
-    return sky.SkyLobe(**{"kind": "hg", "width": 0.0, "spectrum": FLAT, **shape})
+    return sky.lobes.SkyLobe(**{"kind": "hg", "width": 0.0, "spectrum": FLAT, **shape})
 
 
 @pytest.fixture

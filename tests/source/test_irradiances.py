@@ -124,13 +124,15 @@ def test_a_warning_is_given_once_and_names_its_first_time():
     assert caught[0].filename == __file__
 
 
+@pytest.mark.filterwarnings("ignore::aomc_sky.errors.InputWarning")
 @pytest.mark.parametrize(
     ("given", "error", "text"),
     [
         ({"dni": [1.0, 2.0], "dhi": 3.0}, UsageError, r"dni is one number, or one for each of 24 times; .*\(2,\)"),
         ({"dni": np.full(24, 1600.0), "dhi": 3.0}, SceneError, "at 2026-06-21T03:00:00Z: dni 1600 W m-2 is more than"),
         ({"dni": 5.0}, UsageError, "at 2026-06-21T03:00:00Z: how bright are sun and sky"),
-        ({"spectrum": "flat", "dni": 500.0, "dhi": 80.0}, UsageError, "no irradiances in W m-2 nm-1; leave"),
+        ({"spectrum": "flat", "dni": 500.0, "dhi": 80.0}, UsageError, "spectrum must be .*'spectrl2', got 'flat'"),
+        ({"spectrum": None, "epsilon": 5.0, "delta": 0.1}, UsageError, "no irradiances in W m-2 nm-1; write"),
         ({"sky": "overast"}, UsageError, "there is no sky model 'overast'"),
         ({"clear_sky": {"aod_500nm": [0.1, 0.2]}}, UsageError, "aod_500nm is one number, or one for each of 24"),
     ],

@@ -8,14 +8,14 @@ import datetime
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import InputWarning, SceneError, UsageError, floats, require_one_of
 from aomc_sky.extras import optional_module
-from aomc_sky.options import PEREZ, say
+from aomc_sky.options import say
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.perez.irradiances import LEAST_SUM, OFFSET
 from aomc_sky.source.light.join import split_of
@@ -24,12 +24,14 @@ from aomc_sky.source.light.skies import Model, Sky, with_sun_of
 from aomc_sky.source.light.sun_position import times_utc
 from aomc_sky.source.light.weather import Moment, moments_of_times
 from aomc_sky.source.scene import warn_of_too_much_light
-from aomc_sky.source.weather_scene import SpectrumWord, sky_of
+from aomc_sky.source.weather_scene import sky_of
 from aomc_sky.wavebands import Wavebands, as_wavebands
 
 if TYPE_CHECKING:
     from aomc_sky.source.light.spectral_split import ClearSky
 
+SplitWord = Literal["spectrl2"]
+"""How beam and sky share each waveband, where that gives irradiances."""
 _MEASURED = ("ghi", "dni", "dhi")
 
 
@@ -106,7 +108,7 @@ def irradiances(
     dhi: ArrayLike | None = None,
     epsilon: ArrayLike | None = None,
     delta: ArrayLike | None = None,
-    spectrum: SpectrumWord | None = "spectrl2",
+    spectrum: SplitWord | None = "spectrl2",
     extraterrestrial_normal: float | None = None,
     diffuse_only: bool = False,
     sky: Any = None,
@@ -133,8 +135,8 @@ def irradiances(
     epsilon, delta : array_like, shape (n_time,) or one for all, optional
         Clearness and brightness of the sky in their place. [1 or more; 0 or more]
     spectrum : str, optional
-        "spectrl2", as in `weather_scene`. None is for a sky in W m-2 nm-1 alone, without a beam. "flat" gives no
-        irradiances and is refused.
+        "spectrl2", as in `weather_scene`. None is for a sky in W m-2 nm-1 alone, without a beam. "flat" gives shares
+        and no irradiances.
     extraterrestrial_normal : float, optional
         As in `weather_scene`. [W m-2, by default 1361.1]
     diffuse_only : bool
@@ -175,7 +177,7 @@ def irradiances(
     [0.109 0.278 0.   ]
     """
     if spectrum is not None:
-        require_one_of(PEREZ["spectrum"].words, spectrum, "spectrum")
+        require_one_of(get_args(SplitWord), spectrum, "spectrum")
     moment = np.atleast_1d(times_utc(times))
     if moment.ndim != 1:
         raise UsageError(f"times are one after the other, of shape (n_time,); got the shape {moment.shape}")
@@ -211,7 +213,7 @@ def irradiances(
         if light.direct is None and light.diffuse is None:
             raise UsageError(
                 "these inputs give the shares of beam and sky, and no irradiances in W m-2 nm-1",
-                say("leave {spectrum:flat} out, or write {spectrum:spectrl2}"),
+                say("write {spectrum:spectrl2}"),
             )
         direct[k] = 0.0 if light.direct is None else light.direct
         diffuse[k] = 0.0 if light.diffuse is None else light.diffuse

@@ -84,7 +84,7 @@ BROKEN = {
 @pytest.mark.parametrize(("code", "reason"), BROKEN.values(), ids=BROKEN)
 def test_a_broken_model_gets_one_sentence(install, code, reason):
     install(code)
-    with pytest.raises(sky.PluginError if "is dark" not in reason else sky.SceneError) as caught:
+    with pytest.raises(sky.errors.PluginError if "is dark" not in reason else sky.SceneError) as caught:
         sky.read_scene(SCENE, sky="dark")
     message = str(caught.value)
     assert message.startswith("a dark sky " if "is dark" in reason else "the sky model 'dark' (dark-skies 2.1) ")

@@ -72,8 +72,8 @@ def test_the_disc_and_the_sun_of_sky_toml(amc):
 
 def test_backgrounds_add_as_they_are(amc):
     pytest.importorskip("h5py")
-    lobe = sky.SkyLobe(kind="hg", width=0.0, spectrum=[0.04, 0.04])
-    sky.write_background(amc.parent / "glow.h5", sky.background_of_lobes({"glow": lobe}, [400.0, 700.0]))
+    lobe = sky.lobes.SkyLobe(kind="hg", width=0.0, spectrum=[0.04, 0.04])
+    sky.lobes.write_background(amc.parent / "glow.h5", sky.lobes.background_of_lobes({"glow": lobe}, [400.0, 700.0]))
     alone = sky.read_scene(amc)
     coarse(amc)
     with (amc.parent / "sky.toml").open("a") as file:

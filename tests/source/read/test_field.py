@@ -131,7 +131,7 @@ def test_with_flag_1_it_replaces_the_sky_file_and_an_option_wins_over_it(tmp_pat
     path = scene_folder(tmp_path, made=field(wavelength_nm=[440.0, 550.0, 555.0, 670.0]), scene="clear_day")
     scene = sky.read_scene(path)
     assert [c.name for c in scene.components] == ["sky"]
-    assert sky.read_scene(path, weighting="solid-angle").components[0].law is sky.Law.CELL_MU
+    assert sky.read_scene(path, weighting="solid-angle").components[0].law is sky.component.Law.CELL_MU
     uniform = sky.read_scene(path, sky="uniform")
     assert "sky.toml: table is not used: another sky is asked for" in uniform.notes
     assert "table" not in uniform.input_files

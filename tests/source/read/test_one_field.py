@@ -65,7 +65,7 @@ def masses(scene):
 
 def by_skydist(tmp_path):
     path, read = scene_of_files(tmp_path)
-    sky.write_skydist(sky.SkyTable(wavelength_nm=NM, radiance=VALUES), path.parent / "skydist.inp")
+    sky.files.write_skydist(sky.files.SkyTable(wavelength_nm=NM, radiance=VALUES), path.parent / "skydist.inp")
     return read()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar, overload
 
@@ -76,7 +77,7 @@ def _no_time(given: object) -> UsageError:
     )
 
 
-def times_utc(given: ArrayLike | str | datetime.datetime) -> np.ndarray:
+def times_utc(given: ArrayLike | Sequence[str | datetime.datetime] | str | datetime.datetime) -> np.ndarray:
     """Times of a caller in UTC, datetime64[s]: each text, each datetime and an index of pandas says its zone."""
     if hasattr(given, "tz_localize") and getattr(getattr(given, "dt", given), "tz", 0) is None:
         raise UsageError(
