@@ -1,44 +1,34 @@
 """The photon source for Monte Carlo light transport in ocean and atmosphere.
 
-Public names are loaded when they are first used, so that importing the package costs nothing.
+Public names are loaded when they are first used, so that importing the package costs nothing. ``dir(aomc_sky)`` has the
+names of the first days. The modules `atmosphere`, `component`, `directions`, `errors`, `files`, `lobes`, `perez`,
+`rayleigh`, `henyey_greenstein` and `scattering` have what builders of skies and other codes use.
 """
 
 from __future__ import annotations
 
 import sys
+import warnings
 from importlib import import_module
 
 __version__ = "0.5.0"
 
 _HOMES = {
-    "skies.atmosphere.lights": "Moon",
-    "skies.atmosphere.medium": "Constituent Medium rayleigh_cross_section",
-    "skies.atmosphere.sky.solve": "AtmosphereResult",
-    "component": "Component Law",
-    "directions": "AzimuthConvention Frame",
     "engine.run": "write_run",
-    "errors": (
-        "AllocationError AomcSkyError InputFileError InputWarning ModelLimitWarning OutputError "
-        "PluginError SceneError UsageError"
-    ),
-    "formats.aomc.skydist": "SkyTable read_skydist write_skydist",
-    "skies.atmosphere.description.reader": "read_atmo",
-    "skies.lobes.file.data": "SkyLobe background_of_lobes",
-    "skies.lobes.file.file": "read_background_file write_background",
-    "formats.mcpl.file": "read_mcpl",
+    "errors": "AomcSkyError InputFileError InputWarning ModelLimitWarning SceneError UsageError",
     "grid": "PatchGrid",
     "outputs.photons.mcpl": "write_mcpl",
     "outputs.source_file": "write_source",
     "outputs.tables.netcdf": "to_xarray",
     "pictures.plot": "plot",
-    "plan.allocation": "AllocationMethod allocate",
+    "plan.allocation": "allocate",
     "skies.atmosphere.model": "AtmosphereSky",
     "skies.cie": "CIESky",
     "skies.direct_beam": "DirectBeam",
     "skies.function_sky": "FunctionSky",
     "skies.harrison_coombes": "HarrisonCoombesSky",
-    "skies.lobes.background": "BackgroundSky background_at",
-    "skies.lobes.sky": "LobeSky WeightedLobe",
+    "skies.lobes.background": "background_at",
+    "skies.lobes.sky": "LobeSky",
     "skies.measured": "RadianceField",
     "skies.overcast": "CardioidalSky OvercastSky",
     "skies.perez.sky": "PerezSky",
@@ -50,8 +40,8 @@ _HOMES = {
     "source.light.spectral_split": "Aerosol ClearSky",
     "source.light.sun_position": "sun_position",
     "emission.photon_source": "PhotonSource",
-    "emission.photons": "Photon PhotonBatch",
-    "plan.options": "Footprint FootprintShape",
+    "emission.photons": "PhotonBatch",
+    "plan.options": "Footprint",
     "plan.plan": "Plan",
     "source.irradiances": "irradiances",
     "source.read.measured": "read_radiance_csv",
@@ -61,20 +51,39 @@ _HOMES = {
     "verify.counts": "verify_counts",
     "wavebands": "Wavebands",
 }
-"""Public names by the module that has them."""
+"""Names of the first days by the module that has them."""
+
+_MOVED = {
+    "atmosphere": "AtmosphereResult Constituent Medium Moon rayleigh_cross_section read_atmo",
+    "component": "Component Law",
+    "directions": "AzimuthConvention Frame",
+    "emission.photons": "Photon",
+    "errors": "AllocationError OutputError PluginError",
+    "files": "SkyTable read_mcpl read_skydist write_skydist",
+    "lobes": "BackgroundSky SkyLobe WeightedLobe background_of_lobes read_background_file write_background",
+    "plan.allocation": "AllocationMethod",
+    "plan.options": "FootprintShape",
+}
+"""Names that builders of laws, lobes, atmospheres and files need, by their public module; until version 0.6 the package
+has them too, with a DeprecationWarning."""
 
 _PUBLIC = {name: module for module, names in _HOMES.items() for name in names.split()}
+_OLD = {name: module for module, names in _MOVED.items() for name in names.split()}
 
 _PUBLIC_MODULES = {
+    "atmosphere": "atmosphere",
+    "component": "component",
     "directions": "directions",
+    "errors": "errors",
+    "files": "files",
     "henyey_greenstein": "phase.henyey_greenstein",
-    "lobes": "skies.lobes.functions",
+    "lobes": "lobes",
     "perez": "skies.perez.functions",
     "rayleigh": "phase.rayleigh",
     "scattering": "phase.scattering",
 }
 
-__all__ = ["__version__", *sorted({**_PUBLIC, **_PUBLIC_MODULES})]  # noqa: PLE0604
+__all__ = ["__version__", *sorted(_PUBLIC)]  # noqa: PLE0604
 
 
 def __getattr__(name: str) -> object:
@@ -82,6 +91,10 @@ def __getattr__(name: str) -> object:
         value: object = _module(_PUBLIC_MODULES[name])
     elif name in _PUBLIC:
         value = getattr(_module(_PUBLIC[name]), name)
+    elif name in _OLD:
+        new = f"aomc_sky.{_OLD[name]}.{name}"
+        warnings.warn(f"aomc_sky.{name} goes with version 0.6: write {new}", DeprecationWarning, stacklevel=2)
+        return getattr(_module(_OLD[name]), name)
     else:
         raise AttributeError(f"module 'aomc_sky' has no attribute {name!r}")
     globals()[name] = value

@@ -187,7 +187,7 @@ class Component:
 
     def __post_init__(self) -> None:
         if self.law not in tuple(Law):
-            raise UsageError(f"{shown_value(self.law)} is not a valid Law", "write sky.Law.CELL_MU2")
+            raise UsageError(f"{shown_value(self.law)} is not a valid Law", "write sky.component.Law.CELL_MU2")
         object.__setattr__(self, "law", Law(self.law))
         names = ("strength", "mass", "cell", "weight", "shared", "bounds", "slope", "stokes", "irradiance_W_m2_nm")
         for name, value in zip(names, unmasked("a component", [getattr(self, name) for name in names]), strict=True):

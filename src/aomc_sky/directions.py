@@ -39,7 +39,7 @@ class Frame(enum.Enum):
 
     Examples
     --------
-    >>> sky.Frame.UP
+    >>> sky.directions.Frame.UP
     <Frame.UP: 'up'>
     """
 
@@ -56,7 +56,7 @@ class AzimuthConvention(enum.Enum):
     Examples
     --------
     >>> south_west = sky.directions.to_enu_azimuth_deg(
-    ...     225.0, sky.AzimuthConvention.NORTH_CLOCKWISE
+    ...     225.0, sky.directions.AzimuthConvention.NORTH_CLOCKWISE
     ... )
     >>> print(south_west)
     225.0
@@ -109,7 +109,7 @@ def to_enu_azimuth_deg(
     --------
     >>> print(
     ...     sky.directions.to_enu_azimuth_deg(
-    ...         [0.0, 90.0], sky.AzimuthConvention.NORTH_CLOCKWISE
+    ...         [0.0, 90.0], sky.directions.AzimuthConvention.NORTH_CLOCKWISE
     ...     )
     ... )
     [90.  0.]

@@ -173,7 +173,7 @@ class OutputError(AomcSkyError):
     >>> scene = sky.Scene(wavebands=[550.0], n_photons=10, components="uniform")
     >>> try:
     ...     sky.write_mcpl(scene.source(), "no_such_folder/photons.mcpl")
-    ... except sky.OutputError:
+    ... except sky.errors.OutputError:
     ...     print("not written")
     not written
     """
@@ -227,7 +227,7 @@ class InputFileError(AomcSkyError):
     Examples
     --------
     >>> try:
-    ...     sky.read_skydist("inputs/bad/nan_radiance.skydist.inp")
+    ...     sky.files.read_skydist("inputs/bad/nan_radiance.skydist.inp")
     ... except sky.InputFileError as error:
     ...     [problem.code for problem in error.problems]
     ['E302']

@@ -7,7 +7,8 @@ import shutil
 import numpy as np
 import pytest
 
-from aomc_sky import PhotonSource, Plan, read_mcpl, read_scene, write_mcpl
+from aomc_sky import PhotonSource, Plan, read_scene, write_mcpl
+from aomc_sky.files import read_mcpl
 from tests.support.fault_rows import command
 from tests.support.processes import start
 

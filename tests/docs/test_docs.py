@@ -1,6 +1,7 @@
 """The pages say what is true: commands, links, options, names; public names are known to the type checker."""
 
 import ast
+import pydoc
 import re
 import tomllib
 from importlib.metadata import version
@@ -63,11 +64,20 @@ def test_names_that_the_package_loads_are_those_of_the_stub():
     stub = ast.parse((REPOSITORY / "src/aomc_sky/__init__.pyi").read_text())
     imports = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
     names = {alias.asname or alias.name: node.module for node in imports for alias in node.names}
-    homes = {name: f"aomc_sky.{module}" for name, module in aomc_sky._PUBLIC.items()}
+    homes = {name: f"aomc_sky.{module}" for name, module in {**aomc_sky._PUBLIC, **aomc_sky._OLD}.items()}
     homes |= {name: f"aomc_sky.{module}".rpartition(".")[0] for name, module in aomc_sky._PUBLIC_MODULES.items()}
     assert names == homes
     with pytest.raises(AttributeError, match="no attribute 'no_such_name'"):
         aomc_sky.no_such_name  # noqa: B018
+
+
+@pytest.mark.parametrize("name", aomc_sky._OLD)
+def test_old_name_works_for_one_version_and_says_the_new_one(name):
+    new = f"aomc_sky.{aomc_sky._OLD[name]}.{name}"
+    with pytest.warns(DeprecationWarning, match=f"aomc_sky.{name} goes with version 0.6: write {new}$"):
+        found = getattr(aomc_sky, name)
+    assert found is pydoc.locate(new)
+    assert name not in dir(aomc_sky)
 
 
 def test_version_stands_in_one_place():

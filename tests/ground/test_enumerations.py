@@ -20,14 +20,14 @@ from tests.support.type_checker import complaints
 GRID = {"grid": sky.PatchGrid.regular(1, 2), "wavelength_nm": [500.0], "values": np.ones((1, 2))}
 SCENE = sky.Scene(wavebands=[500.0], n_photons=10, components=sky.TabulatedSky(**GRID))
 POINTS = ([0.0, 40.0, 40.0], [0.0, 0.0, 180.0], [1.0, 1.0, 1.0])
-TABLE = sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones((1, 1, 1)))
+TABLE = sky.files.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones((1, 1, 1)))
 FIELD = sky.RadianceField.from_points(*POINTS, is_absolute=False)
 CELL = {"name": "a", "strength": np.ones(1), "mass": np.ones((1, 1)), "cell": np.zeros((1, 6))}
 SHAPE = {"kind": "ggx", "param0": 0.5, "param1": 0.5}
 TURNED = SHAPE | {"quaternion": np.array([1.0, 0.0, 0.0, 0.0])}
 LOBE = {"name": "a", "wavelength_nm": np.array([500.0]), "spectrum": np.ones(1)} | TURNED
-FILE = sky.background_of_lobes({"a": sky.SkyLobe(kind="hg", width=0.5, spectrum=[1.0])}, [500.0])
-BACKGROUND = sky.BackgroundSky(animations=FILE.animations, wavelength_nm=FILE.wavelength_nm, curves=FILE.curves)
+FILE = sky.lobes.background_of_lobes({"a": sky.lobes.SkyLobe(kind="hg", width=0.5, spectrum=[1.0])}, [500.0])
+BACKGROUND = sky.lobes.BackgroundSky(animations=FILE.animations, wavelength_nm=FILE.wavelength_nm, curves=FILE.curves)
 SUN = {"sun_zenith_deg": 40.0}
 LOOK = {"wavelength_nm": [500.0], "sun_zenith_deg": 170.0, "sky_zenith_deg": [0.0], "azimuth_from_sun_deg": [0.0]}
 
@@ -38,8 +38,8 @@ def picture(**words):
 
 
 def lobes(reference="diurnal", **words):
-    lobe = sky.SkyLobe(**{"kind": "ggx", "width": 0.5, "spectrum": [1.0]} | words)
-    return sky.background_of_lobes({"a": lobe}, [500.0], reference=reference)
+    lobe = sky.lobes.SkyLobe(**{"kind": "ggx", "width": 0.5, "spectrum": [1.0]} | words)
+    return sky.lobes.background_of_lobes({"a": lobe}, [500.0], reference=reference)
 
 
 def from_xarray(**words):
@@ -53,27 +53,28 @@ def from_xarray(**words):
 
 CALLS = {
     "AtmosphereSky": partial(sky.AtmosphereSky, medium=molecules_only([500.0]), sun_zenith_deg=170.0),
-    "BackgroundSky.irradiance": partial(BACKGROUND.irradiance, None, 0.0, 500.0),
+    "lobes.BackgroundSky.irradiance": partial(BACKGROUND.irradiance, None, 0.0, 500.0),
     "ClearSky": sky.ClearSky,
-    "Component": partial(sky.Component, **CELL),
+    "component.Component": partial(sky.component.Component, **CELL),
     "Footprint": partial(sky.Footprint, size_x_m=1.0, size_y_m=1.0),
     "PerezSky": partial(sky.PerezSky, epsilon=5.0, delta=0.1, **SUN),
     "RadianceField": partial(sky.RadianceField, FIELD.wavelength_nm, FIELD.direction, FIELD.values),
     "RadianceField.from_points": partial(sky.RadianceField.from_points, *POINTS, is_absolute=False),
     "Scene.source": SCENE.source,
-    "SkyLobe": lobes,
-    "SkyTable": partial(sky.SkyTable, wavelength_nm=TABLE.wavelength_nm, radiance=TABLE.radiance),
+    "lobes.SkyLobe": lobes,
+    "files.SkyTable": partial(sky.files.SkyTable, wavelength_nm=TABLE.wavelength_nm, radiance=TABLE.radiance),
     "TabulatedSky": partial(sky.TabulatedSky, **GRID),
     "TabulatedSky.from_xarray": from_xarray,
-    "WeightedLobe": partial(sky.WeightedLobe, **LOBE),
-    "WeightedLobe.share": sky.WeightedLobe(**LOBE).share,
+    "lobes.WeightedLobe": partial(sky.lobes.WeightedLobe, **LOBE),
+    "lobes.WeightedLobe.share": sky.lobes.WeightedLobe(**LOBE).share,
     "allocate": partial(sky.allocate, np.ones((2, 2)), 7),
     "background_at": partial(sky.background_at, BACKGROUND, 0.0),
-    "background_of_lobes": lobes,
+    "lobes.background_of_lobes": lobes,
     "directions.sky_angles": partial(sky.directions.sky_angles, np.array([0.0, 0.6, -0.8])),
     "directions.sky_from_travel": partial(sky.directions.sky_from_travel, [0.0, 0.6, -0.8]),
     "directions.to_enu_azimuth_deg": partial(sky.directions.to_enu_azimuth_deg, 30.0, sun_azimuth_deg=10.0),
     "directions.travel_from_sky": partial(sky.directions.travel_from_sky, 30.0, 0.0),
+    "irradiances": partial(sky.irradiances, "2026-06-21T10:00Z", 43.4, 7.9, wavebands=[550.0], ghi=700.0, dhi=120.0),
     "lobes.mass_above_horizon": partial(sky.lobes.mass_above_horizon, **TURNED),
     "lobes.patch_mass": partial(sky.lobes.patch_mass, **TURNED, grid=GRID["grid"]),
     "lobes.pdf": partial(sky.lobes.pdf, **SHAPE, m=[0.0, 0.0, 1.0]),
@@ -89,7 +90,7 @@ CALLS = {
     "verify_counts": partial(sky.verify_counts, [1, 1], [1.0, 1.0]),
     "weather_scene": partial(sky.weather_scene, wavebands=[550.0], ghi=700.0, dhi=120.0, **SUN),
     "write_run": partial(sky.write_run, SCENE, "out"),
-    "write_skydist": partial(sky.write_skydist, TABLE, "skydist.inp"),
+    "files.write_skydist": partial(sky.files.write_skydist, TABLE, "skydist.inp"),
 }
 """A call of each function that has such an argument, which is given by its name."""
 
@@ -100,9 +101,9 @@ OPEN = {
     *("zenith", "elevation", "azimuth", "wavelength", "variable", "variable_q", "variable_u", "radiance_unit"),
 }
 """Arguments that take any text: files, times, names, units of radiance."""
-RESULTS = {("AtmosphereResult", "method")}
+RESULTS = {("atmosphere.AtmosphereResult", "method")}
 """What a result says, which nobody gives."""
-BY_NUMBER = {("Component", "law")}
+BY_NUMBER = {("component.Component", "law")}
 """A law is its number, which is part of files."""
 ARGUMENTS = {which: choices(text) for which, text in arguments().items() if any(choices(text))}
 WORDS = {which: {word for name in names for word in CHOICES[name]} for which, (_, names) in ARGUMENTS.items() if names}
@@ -141,7 +142,7 @@ def test_words_of_a_literal_are_those_that_the_function_knows(which, tmp_path):
     words, wrong = WORDS[which], WRONG.get(which[0], "nothing")
     message = outcome(which, wrong)[1]
     if which[1] == "azimuth_convention":
-        assert sorted(words) == sorted([*azimuth.WORDS, *words_of_enumeration(sky.AzimuthConvention)])
+        assert sorted(words) == sorted([*azimuth.WORDS, *words_of_enumeration(sky.directions.AzimuthConvention)])
     else:
         assert sorted(word.strip("'\"") for word in re.split(", | or ", LIST.search(message)[1])) == sorted(words)
     assert not list(tmp_path.iterdir())

@@ -24,8 +24,10 @@ MASKED = {
     "values_q": lambda: sky.TabulatedSky(
         wavelength_nm=[550.0], values=[[1.0, 1.0]], values_q=HIDDEN[None] * 0, values_u=[[0.0, 0.0]], grid=GRID
     ),
-    "spectrum": lambda: sky.WeightedLobe(**LOBE, spectrum=HIDDEN),
-    "lobe": lambda: sky.background_of_lobes({"town": sky.SkyLobe(kind="hg", width=0.8, spectrum=HIDDEN)}, BANDS),
+    "spectrum": lambda: sky.lobes.WeightedLobe(**LOBE, spectrum=HIDDEN),
+    "lobe": lambda: sky.lobes.background_of_lobes(
+        {"town": sky.lobes.SkyLobe(kind="hg", width=0.8, spectrum=HIDDEN)}, BANDS
+    ),
     "grid": lambda: sky.PatchGrid(zenith_bounds_deg=[[0.0, 90.0]], azimuth_bounds_deg=HIDDEN[None]),
     "directions": lambda: sky.RadianceField.from_points(HIDDEN, [0.0, 0.0], [1.0, 1.0]),
     "phase function": lambda: sky.rayleigh.pdf_mu(HIDDEN, 0.0),
@@ -48,7 +50,7 @@ def test_a_masked_radiance_of_points_is_a_gap():
 
 INFINITE = {
     "travel": lambda x: sky.directions.travel_from_sky(30.0, x),
-    "azimuth": lambda x: sky.directions.to_enu_azimuth_deg(x, sky.AzimuthConvention.NORTH_CLOCKWISE),
+    "azimuth": lambda x: sky.directions.to_enu_azimuth_deg(x, sky.directions.AzimuthConvention.NORTH_CLOCKWISE),
     "perez": lambda x: sky.perez.relative_radiance(0.5, x, 0.5, [-1.0, -0.3, 5.0, -3.0, 0.4]),
     "air mass": sky.perez.relative_air_mass,
     "brightness": lambda x: sky.perez.sky_brightness(100.0, 0.5, extraterrestrial_normal=x),
@@ -57,7 +59,7 @@ INFINITE = {
     "cie": lambda x: sky.CIESky(type=12, sun_zenith_deg=40.0).radiance(x, 0.0, 550.0),
     "clouds": lambda x: sky.HarrisonCoombesSky(sun_zenith_deg=40.0, cloud_cover=0.5).radiance(0.5, x, 550.0),
     "sun": lambda x: sky.HarrisonCoombesSky(sun_zenith_deg=np.max(x)),
-    "cross section": lambda x: sky.rayleigh_cross_section(1.0003, 288.0, 1.0 / x),
+    "cross section": lambda x: sky.atmosphere.rayleigh_cross_section(1.0003, 288.0, 1.0 / x),
 }
 
 
@@ -78,7 +80,7 @@ def test_what_overflows_and_what_is_no_wavelength():
         with pytest.raises(sky.SceneError, match="overflows"):
             sky.perez.sky_brightness(1.7e308, 1.0)
         with pytest.raises(sky.UsageError, match="overflows"):
-            sky.rayleigh_cross_section(1.5, 288.0, 1e-300)
+            sky.atmosphere.rayleigh_cross_section(1.5, 288.0, 1e-300)
     model = sky.FunctionSky(lambda z, a, w: 1.0 + 0.0 * z)  # memory without a value was returned for NaN
     for wavelength in (np.nan, [550.0, np.nan], np.inf):
         with pytest.raises(sky.SceneError, match="wavelength_nm must be finite"):
@@ -101,7 +103,7 @@ def test_nan_stays_nan_and_nothing_shines_below_the_horizon():
 
 def rough(a, b):
     changed = {"kind": "ggx", "param0": a, "param1": b, "quaternion": [0.7071, 0.0, 0.7071, 0.01]}
-    return sky.WeightedLobe(**{**LOBE, **changed}, spectrum=[1e-8, 1e-8])
+    return sky.lobes.WeightedLobe(**{**LOBE, **changed}, spectrum=[1e-8, 1e-8])
 
 
 @pytest.mark.parametrize("roughness", [(3e38, 1.0), (1e-14, 1e14), (1e-45, 1e-45)])
@@ -140,7 +142,7 @@ NUMBERS = {
     "wavelength": lambda x: sky.HarrisonCoombesSky(sun_zenith_deg=40.0).radiance(0.1, 0.0, x),
     "lowered": lambda x: sky.FunctionSky(lambda z, a, w: 1.0 + 0.0 * z).lower(x),
     "travel": lambda x: sky.directions.travel_from_sky(x, 0.0),
-    "convention": lambda x: sky.directions.to_enu_azimuth_deg(x, sky.AzimuthConvention.NORTH_CLOCKWISE),
+    "convention": lambda x: sky.directions.to_enu_azimuth_deg(x, sky.directions.AzimuthConvention.NORTH_CLOCKWISE),
     "perez": lambda x: sky.perez.relative_radiance(x, 0.0, 0.5, [-1.0, -0.3, 5.0, -3.0, 0.4]),
     "clearness": lambda x: sky.perez.limited(x, 0.1),
     "pattern": lambda x: sky.RayleighPattern().stokes(x, 0.0, sun_zenith_rad=0.5),
@@ -160,12 +162,12 @@ ONE_NUMBER = {
     "disc": lambda x: sky.DirectBeam(sun_zenith_deg=40.0, radius_deg=x),
     "cover": lambda x: sky.HarrisonCoombesSky(sun_zenith_deg=40.0, cloud_cover=x),
     "degree": lambda x: sky.RayleighPattern(max_degree=x),
-    "Moon": lambda x: sky.Moon(zenith_deg=40.0, distance_m=x),
+    "Moon": lambda x: sky.atmosphere.Moon(zenith_deg=40.0, distance_m=x),
     "sun of points": lambda x: sky.RadianceField.from_points(
         [0.0, 50.0, 60.0], [0.0, 90.0, 180.0], UP[[0, 0, 0]], sun_zenith_deg=x, sun_azimuth_deg=0.0
     ),
     "sun of a table": lambda x: sky.read_radiance_csv(INPUTS / "measured" / "sky.csv", sun_zenith_rad=x),
-    "own azimuth": lambda x: sky.directions.to_enu_azimuth_deg(1.0, sky.AzimuthConvention.FROM_SUN, x),
+    "own azimuth": lambda x: sky.directions.to_enu_azimuth_deg(1.0, sky.directions.AzimuthConvention.FROM_SUN, x),
 }
 #: Where None means that nothing is given.
 DEFAULTS = {"epsilon", "disc", "own azimuth", "orders", "sun of points", "sun of a table"}

@@ -107,9 +107,9 @@ def test_slices_and_arrays_of_a_batch():
 
 def test_what_readers_give_compares_and_is_short(tmp_path):
     atmosphere = INPUTS / "atmosphere" / "molecules_only.atmo"
-    assert sky.read_atmo(atmosphere) == sky.read_atmo(atmosphere)
-    assert sky.read_atmo(atmosphere) != sky.read_atmo(INPUTS / "atmosphere_sky" / "clear.atmo")
-    assert len(repr(sky.read_atmo(atmosphere))) < 900
+    assert sky.atmosphere.read_atmo(atmosphere) == sky.atmosphere.read_atmo(atmosphere)
+    assert sky.atmosphere.read_atmo(atmosphere) != sky.atmosphere.read_atmo(INPUTS / "atmosphere_sky" / "clear.atmo")
+    assert len(repr(sky.atmosphere.read_atmo(atmosphere))) < 900
     assert Irradiance(of_component=np.ones((300, 2))) == Irradiance(of_component=np.ones((300, 2)))
     pytest.importorskip("mcpl")
     sky.write_mcpl(source(), tmp_path / "a.mcpl")

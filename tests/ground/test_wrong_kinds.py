@@ -31,7 +31,7 @@ NONSENSE = {
     "preset": lambda: dataclasses.replace(SCENE, preset="aomc"),
     "irradiance": lambda: dataclasses.replace(SCENE, irradiance=np.ones((2, 1))),
     "source of a path": lambda: sky.PhotonSource("plan.npz"),
-    "no path": lambda: sky.read_mcpl(""),
+    "no path": lambda: sky.files.read_mcpl(""),
     "plan of a number": lambda: sky.Plan.load(5),
     "patch of text": lambda: GRID.index_of("x"),
     "patch of a float": lambda: GRID.index_of(1.5),
@@ -73,12 +73,12 @@ PUBLIC = {name: thing for name, thing in public().items() if name in public_name
 CLASSES = {name: thing for name, thing in PUBLIC.items() if isinstance(thing, type)}
 SUN = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 10.0}
 LOBE = {"name": "town", "kind": "hg", "param0": 0.8, "param1": 0.0, "quaternion": np.array([1.0, 0.0, 0.0, 0.0])}
-LOBES = sky.LobeSky(lobes=(sky.WeightedLobe(**LOBE, wavelength_nm=np.array([550.0]), spectrum=np.array([1e-8])),))
+LOBES = sky.LobeSky(lobes=(sky.lobes.WeightedLobe(**LOBE, wavelength_nm=np.array([550.0]), spectrum=np.array([1e-8])),))
 INSTANCES = {
     "CIESky": lambda: sky.CIESky(type=12, **SUN),
     "CardioidalSky": sky.CardioidalSky,
     "ClearSky": sky.ClearSky,
-    "Component": lambda: PLAN.components[0],
+    "component.Component": lambda: PLAN.components[0],
     "DirectBeam": lambda: sky.DirectBeam(**SUN),
     "FunctionSky": lambda: sky.FunctionSky(lambda zenith, azimuth, nm: np.cos(zenith), grid=GRID),
     "HarrisonCoombesSky": lambda: sky.HarrisonCoombesSky(**SUN),
@@ -93,11 +93,11 @@ INSTANCES = {
     "Scene": lambda: SCENE,
     "TabulatedSky": lambda: TABLE,
     "UniformSky": sky.UniformSky,
-    "WeightedLobe": lambda: LOBES.lobes[0],
+    "lobes.WeightedLobe": lambda: LOBES.lobes[0],
 }
 """One of each class with methods."""
 
-WITHOUT = {"AtmosphereSky", "BackgroundSky", "Moon", "RadianceField"}
+WITHOUT = {"AtmosphereSky", "lobes.BackgroundSky", "atmosphere.Moon", "RadianceField"}
 """Classes whose objects take seconds or a file; their methods have the arguments of the others."""
 
 OF_CLASSES = {name: thing for name, thing in public().items() if name.rpartition(".")[0] in CLASSES}

@@ -5,6 +5,7 @@ import dataclasses
 import inspect
 import math
 import pickle
+import pydoc
 
 import mpmath
 import numpy as np
@@ -14,11 +15,13 @@ import aomc_sky as sky
 from aomc_sky.directions import given_angle
 
 OTHER = {"_deg": "_rad", "_rad": "_deg"}
-CALLABLES = {name: getattr(sky, name) for name in sky.__all__ if callable(getattr(sky, name))}
+PUBLIC = {name: getattr(sky, name) for name in sky.__all__}
+PUBLIC |= {name: pydoc.locate(f"aomc_sky.{module}.{name}") for name, module in sky._OLD.items()}
+CALLABLES = {name: thing for name, thing in PUBLIC.items() if callable(thing)}
 ANGLES = [
     (name, parameter)
     for name, thing in CALLABLES.items()
-    if name != "weather_scene"  # an entrance: degrees alone, as in the files
+    if name not in ("weather_scene", "irradiances")  # entrances: degrees alone, as in the files
     if inspect.isfunction(thing) or dataclasses.is_dataclass(thing)
     for parameter in inspect.signature(thing).parameters
     if parameter[-4:] in OTHER and parameter not in ("latitude_deg", "longitude_deg")  # degrees all over the world

@@ -9,7 +9,7 @@ def lobe_sky(*shapes, names=None, wavelength_nm=(400.0, 700.0), spectra=(1e-9, 3
     """Lobes of (kind, param0, param1, quaternion), with spectra of their own or one for all."""
     rows = np.broadcast_to(np.asarray(spectra, float), (len(shapes), np.size(wavelength_nm)))
     lobes = (
-        sky.WeightedLobe(
+        sky.lobes.WeightedLobe(
             name=name, kind=kind, param0=a, param1=b, quaternion=np.asarray(turn), wavelength_nm=wavelength_nm,
             spectrum=row,
         )

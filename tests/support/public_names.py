@@ -5,9 +5,9 @@ import aomc_sky
 
 def public_names():
     """What `import aomc_sky` offers, modules by what they say is theirs."""
-    modules = aomc_sky._PUBLIC_MODULES
-    names = [name for name in aomc_sky.__all__ if name != "__version__" and name not in modules]
-    for module in modules:
+    names = [name for name in aomc_sky.__all__ if name != "__version__"]
+    names += [f"{module}.{name}" for name, module in aomc_sky._OLD.items()]
+    for module in aomc_sky._PUBLIC_MODULES:
         ours = getattr(aomc_sky, module)
         names += [f"{module}.{name}" for name in getattr(ours, "__all__", []) if callable(getattr(ours, name))]
-    return names
+    return list(dict.fromkeys(names))

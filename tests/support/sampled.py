@@ -16,7 +16,9 @@ def scene(components, n, bands=BAND, **more):
 def cell_component(law, zenith_deg, azimuth_deg):
     grid = sky.PatchGrid(zenith_bounds_deg=[zenith_deg], azimuth_bounds_deg=[azimuth_deg])
     cell = cells_of_grid(grid, law)
-    return (sky.Component(name="cell", law=law, strength=np.ones(1), mass=np.ones((1, 1)), cell=cell, grid=grid),)
+    return (
+        sky.component.Component(name="cell", law=law, strength=np.ones(1), mass=np.ones((1, 1)), cell=cell, grid=grid),
+    )
 
 
 def grid_of_edges(zenith_deg, azimuth_deg):

@@ -61,10 +61,13 @@ def public():
     """Public functions, classes and methods by the names that a user writes behind ``aomc_sky.``."""
     found = {}
     for name in sky.__all__:
+        found[name] = getattr(sky, name)
+    for name, module in sky._OLD.items():
+        found[f"{module}.{name}"] = getattr(importlib.import_module(f"aomc_sky.{module}"), name)
+    for name in ("directions", *(one for one in sky._PUBLIC_MODULES if hasattr(getattr(sky, one), "__all__"))):
         thing = getattr(sky, name)
-        is_module = isinstance(thing, types.ModuleType)
-        names = getattr(thing, "__all__", [one for one in vars(thing) if one[0] != "_"]) if is_module else ()
-        found |= {f"{name}.{inner}": getattr(thing, inner) for inner in names} or {name: thing}
+        names = getattr(thing, "__all__", [one for one in vars(thing) if one[0] != "_"])
+        found |= {f"{name}.{inner}": getattr(thing, inner) for inner in names}
     closed = {one for one in found.values() if isinstance(one, type) and issubclass(one, (enum.Enum, BaseException))}
     found = {called: one for called, one in found.items() if _is_ours(one) and one not in closed}
     for called, one in [(called, one) for called, one in found.items() if isinstance(one, type)]:

@@ -51,7 +51,11 @@ class AllocationMethod(enum.Enum):
 
     Examples
     --------
-    >>> sky.allocate([0.5, 0.3, 0.2], 7, method=sky.AllocationMethod.LARGEST_REMAINDER)
+    >>> sky.allocate(
+    ...     [0.5, 0.3, 0.2],
+    ...     7,
+    ...     method=sky.plan.allocation.AllocationMethod.LARGEST_REMAINDER,
+    ... )
     array([4, 2, 1])
     """
 

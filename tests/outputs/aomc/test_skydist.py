@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aomc_sky import Component, DirectBeam, Law, PatchGrid, PerezSky, Scene, Weighting, read_scene
-from aomc_sky.component import cells_of_grid
+from aomc_sky import DirectBeam, PatchGrid, PerezSky, Scene, Weighting, read_scene
+from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import AllocationError, SceneError
 from aomc_sky.formats.aomc.amc import LightSource, read_amc
 from aomc_sky.outputs.aomc import skydist

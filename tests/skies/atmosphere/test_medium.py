@@ -6,7 +6,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from aomc_sky import UsageError, rayleigh_cross_section
+from aomc_sky import UsageError
+from aomc_sky.atmosphere import rayleigh_cross_section
 from aomc_sky.errors import InputFileError
 from aomc_sky.skies.atmosphere.medium import Constituent, NumberDensity, read_phase_block, sphere_integral
 from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth

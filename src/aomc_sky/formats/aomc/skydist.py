@@ -63,7 +63,7 @@ class SkyTable:
 
     Examples
     --------
-    >>> table = sky.read_skydist("inputs/sparse_sky/skydist.inp")
+    >>> table = sky.files.read_skydist("inputs/sparse_sky/skydist.inp")
     >>> table.radiance.shape
     (3, 30, 72)
     """
@@ -141,7 +141,7 @@ def read_skydist(
 
     Examples
     --------
-    >>> table = sky.read_skydist("inputs/clear_day/skydist.inp")
+    >>> table = sky.files.read_skydist("inputs/clear_day/skydist.inp")
     >>> print(table.wavelength_nm)
     [440. 550. 670.]
     """
@@ -195,12 +195,14 @@ def write_skydist(
 
     Examples
     --------
-    >>> sky.write_skydist(sky.read_skydist("inputs/sparse_sky/skydist.inp"), "copy.inp")
-    >>> sky.read_skydist("copy.inp").radiance.shape
+    >>> sky.files.write_skydist(
+    ...     sky.files.read_skydist("inputs/sparse_sky/skydist.inp"), "copy.inp"
+    ... )
+    >>> sky.files.read_skydist("copy.inp").radiance.shape
     (3, 30, 72)
     """
     bins, values = member_of(Bins, bins, "bins"), member_of(Values, values, "values")
-    require_kind(table, SkyTable, "sky.write_skydist(sky.read_skydist('skydist.inp'), 'copy.inp')")
+    require_kind(table, SkyTable, "sky.files.write_skydist(sky.files.read_skydist('skydist.inp'), 'copy.inp')")
     n_table, n_zenith, n_columns = table.radiance.shape
     wave, zenith, azimuth = np.nonzero(table.radiance)
     value = table.radiance[wave, zenith, azimuth]

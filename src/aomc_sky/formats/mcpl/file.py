@@ -77,7 +77,7 @@ class McplFile:
     --------
     >>> scene = sky.Scene(wavebands=[550.0], n_photons=1000, components="uniform")
     >>> _ = sky.write_mcpl(scene.source(seed=1), "photons.mcpl")
-    >>> file = sky.read_mcpl("photons.mcpl")
+    >>> file = sky.files.read_mcpl("photons.mcpl")
     >>> len(file), file.particles(0, 10).direction.shape
     (1000, (10, 3))
     """
@@ -158,7 +158,7 @@ def read_mcpl(path: str | Path) -> McplFile:
     --------
     >>> scene = sky.Scene(wavebands=[550.0], n_photons=100, components="uniform")
     >>> sky.write_mcpl(scene.source(), "photons.mcpl")
-    >>> len(sky.read_mcpl("photons.mcpl"))
+    >>> len(sky.files.read_mcpl("photons.mcpl"))
     100
     """
     optional_module("mcpl", extra=EXTRA)

@@ -36,7 +36,7 @@ class Moon:
 
     Examples
     --------
-    >>> moon = sky.Moon(zenith_deg=30.2, distance_m=3.7e8)
+    >>> moon = sky.atmosphere.Moon(zenith_deg=30.2, distance_m=3.7e8)
     >>> print(f"{np.degrees(moon.radius_m / moon.distance_m):.3f}")  # its angular radius
     0.269
     """

@@ -36,7 +36,7 @@ class Constituent:
 
     Examples
     --------
-    >>> haze = sky.Constituent(
+    >>> haze = sky.atmosphere.Constituent(
     ...     name="haze",
     ...     number_density=lambda altitude_m: 1e8 * np.exp(-altitude_m / 1200.0),
     ...     kink_altitude_m=np.empty(0),
@@ -90,7 +90,7 @@ class Medium:
 
     Examples
     --------
-    >>> vacuum = sky.Medium(
+    >>> vacuum = sky.atmosphere.Medium(
     ...     earth_radius_m=6.371e6,
     ...     top_m=1e5,
     ...     wavelength_nm=np.array([550.0]),
@@ -125,7 +125,7 @@ class Medium:
         for name in ("wavelength_nm", "ground_albedo", "toa_irradiance"):
             require_kind(getattr(self, name), np.ndarray, f"{name}=np.array(...)")
         for part in self.constituents:
-            require_kind(part, Constituent, "constituents=(sky.Constituent(...),)")
+            require_kind(part, Constituent, "constituents=(sky.atmosphere.Constituent(...),)")
         shape = self.wavelength_nm.shape
         rows = [self.ground_albedo, self.toa_irradiance]
         rows += [row for part in self.constituents for row in (part.scattering_m2, part.absorption_m2)]
@@ -430,7 +430,7 @@ def rayleigh_cross_section(
     Examples
     --------
     >>> print(
-    ...     f"{sky.rayleigh_cross_section(1.000278, 288.15, 101325.0, wavelength_nm=550.0):.3e}"
+    ...     f"{sky.atmosphere.rayleigh_cross_section(1.000278, 288.15, 101325.0, wavelength_nm=550.0):.3e}"
     ... )
     4.307e-31
     """

@@ -114,7 +114,7 @@ class AtmosphereSky(Share):
 
     def __post_init__(self, sun_zenith_rad: float | None, sun_azimuth_rad: float | None) -> None:
         check_share(self)
-        require_kind(self.medium, Medium, "medium=sky.read_atmo('air.atmo')")
+        require_kind(self.medium, Medium, "medium=sky.atmosphere.read_atmo('air.atmo')")
         require_kind(self.grid, PatchGrid, "grid=sky.PatchGrid.regular(45, 180)")
         settle_angles(self, sun_zenith_deg=sun_zenith_rad)
         settle_angles(self, default=0.0, sun_azimuth_deg=sun_azimuth_rad)

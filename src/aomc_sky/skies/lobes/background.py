@@ -41,8 +41,10 @@ class BackgroundSky:
 
     Examples
     --------
-    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
-    >>> sky.write_background("town.h5", sky.background_of_lobes({"town": town}, [550.0]))
+    >>> town = sky.lobes.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> sky.lobes.write_background(
+    ...     "town.h5", sky.lobes.background_of_lobes({"town": town}, [550.0])
+    ... )
     >>> sorted(sky.read_background("town.h5").animations)
     ['town']
     """
@@ -57,7 +59,7 @@ class BackgroundSky:
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
-        require_kind(self.animations, Mapping, "the mapping of sky.background_of_lobes")
+        require_kind(self.animations, Mapping, "the mapping of sky.lobes.background_of_lobes")
         for name in ("wavelength_nm", "curves"):
             require_kind(getattr(self, name), np.ndarray, f"{name}=np.array(...)")
         report = Report(path="background sky")
@@ -128,8 +130,10 @@ def background_at(
 
     Examples
     --------
-    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
-    >>> sky.write_background("town.h5", sky.background_of_lobes({"town": town}, [550.0]))
+    >>> town = sky.lobes.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> sky.lobes.write_background(
+    ...     "town.h5", sky.lobes.background_of_lobes({"town": town}, [550.0])
+    ... )
     >>> at_noon = sky.background_at(sky.read_background("town.h5"), unix_time_s=43200.0)
     >>> [lobe.name for lobe in at_noon.lobes]
     ['town']

@@ -37,8 +37,10 @@ def read_background(path: str | os.PathLike[str], *, utc_offset_h: float = 0.0) 
 
     Examples
     --------
-    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
-    >>> sky.write_background("town.h5", sky.background_of_lobes({"town": town}, [550.0]))
+    >>> town = sky.lobes.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> sky.lobes.write_background(
+    ...     "town.h5", sky.lobes.background_of_lobes({"town": town}, [550.0])
+    ... )
     >>> sky.read_background("town.h5").wavelength_nm.round(3).tolist()
     [550.0]
     """

@@ -51,7 +51,7 @@ class WeightedLobe:
 
     Examples
     --------
-    >>> glow = sky.WeightedLobe(
+    >>> glow = sky.lobes.WeightedLobe(
     ...     name="glow",
     ...     kind="ggx",
     ...     param0=0.3,
@@ -123,7 +123,7 @@ class LobeSky(Share):
 
     Examples
     --------
-    >>> town = sky.WeightedLobe(
+    >>> town = sky.lobes.WeightedLobe(
     ...     name="town",
     ...     kind="hg",
     ...     param0=0.8,
@@ -148,7 +148,7 @@ class LobeSky(Share):
         check_share(self)
         object.__setattr__(self, "lobes", tuple(self.lobes))
         for lobe in self.lobes:
-            require_kind(lobe, WeightedLobe, "lobes=(sky.WeightedLobe(...),)")
+            require_kind(lobe, WeightedLobe, "lobes=(sky.lobes.WeightedLobe(...),)")
         names = [lobe.name for lobe in self.lobes]
         if len(set(names)) < len(names):
             raise SceneError(f"the names of the lobes of a sky must differ, got {', '.join(names)}")

@@ -70,7 +70,7 @@ def read_atmo(path: str | Path, *, allow_paths: Sequence[str | Path] = ()) -> At
 
     Examples
     --------
-    >>> air = sky.read_atmo("inputs/atmosphere/molecules_only.atmo")
+    >>> air = sky.atmosphere.read_atmo("inputs/atmosphere/molecules_only.atmo")
     >>> [scatterer.name for scatterer in air.scatterers]
     ['air']
     """

@@ -54,8 +54,10 @@ class Animation:
 
     Examples
     --------
-    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
-    >>> animation = sky.background_of_lobes({"town": town}, [550.0]).animations["town"]
+    >>> town = sky.lobes.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> animation = sky.lobes.background_of_lobes({"town": town}, [550.0]).animations[
+    ...     "town"
+    ... ]
     >>> len(animation), animation.kind
     (1, ('hg',))
     """
@@ -135,8 +137,8 @@ class BackgroundFile:
 
     Examples
     --------
-    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
-    >>> file = sky.background_of_lobes({"town": town}, [550.0])
+    >>> town = sky.lobes.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> file = sky.lobes.background_of_lobes({"town": town}, [550.0])
     >>> list(file.animations), file.curves.tolist()
     (['town'], [[1e-08]])
     """
@@ -203,10 +205,10 @@ class SkyLobe:
 
     Examples
     --------
-    >>> town = sky.SkyLobe(
+    >>> town = sky.lobes.SkyLobe(
     ...     kind="hg", width=0.8, zenith_deg=85.0, azimuth_deg=30.0, spectrum=[1e-8, 2e-8]
     ... )
-    >>> sky.background_of_lobes({"town": town}, [440.0, 550.0]).wavelength_nm
+    >>> sky.lobes.background_of_lobes({"town": town}, [440.0, 550.0]).wavelength_nm
     array([440., 550.])
     """
 
@@ -241,7 +243,7 @@ def background_of_lobes(
     description: str = "",
     organization: str = "",
 ) -> BackgroundFile:
-    """Content of a background-sky file from lobes, for `aomc_sky.write_background`; equal spectra become one curve.
+    """Content of a file of lobes, for `aomc_sky.lobes.write_background`; equal spectra become one curve.
 
     UsageError: an unknown kind or reference. SceneError: a spectrum without one value for each wavelength, or an
     animation without a lobe.
@@ -261,14 +263,14 @@ def background_of_lobes(
 
     Examples
     --------
-    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
-    >>> background = sky.background_of_lobes({"town": town}, [550.0])
+    >>> town = sky.lobes.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> background = sky.lobes.background_of_lobes({"town": town}, [550.0])
     >>> print(background.wavelength_nm)
     [550.]
     """
     require_one_of(_REFERENCES, reference, "reference")
     samples = np.array(floats("wavelength_nm", wavelength_nm))
-    require_kind(animations, Mapping, "sky.background_of_lobes({'town': lobe}, [550.0])")
+    require_kind(animations, Mapping, "sky.lobes.background_of_lobes({'town': lobe}, [550.0])")
     curves: dict[bytes, np.ndarray] = {}
     built: dict[str, Animation] = {}
     for title, one_or_more in animations.items():
@@ -277,7 +279,7 @@ def background_of_lobes(
             raise SceneError(f"animation {title!r} has no lobe")
         rows = []
         for lobe in keys:
-            require_kind(lobe, SkyLobe, "sky.SkyLobe(kind='hg', width=0.8, spectrum=[1e-8])")
+            require_kind(lobe, SkyLobe, "sky.lobes.SkyLobe(kind='hg', width=0.8, spectrum=[1e-8])")
             require_one_of(KINDS, lobe.kind, "the kind of a lobe")
             spectrum = np.array(floats(f"the spectrum of {title!r}", lobe.spectrum))
             if spectrum.shape != samples.shape:

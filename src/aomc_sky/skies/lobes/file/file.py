@@ -98,11 +98,11 @@ def read_background_file(path: str | Path) -> BackgroundFile:
 
     Examples
     --------
-    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
-    >>> sky.write_background(
-    ...     "town.h5", sky.background_of_lobes({"town": town}, [550.0], name="A town")
+    >>> town = sky.lobes.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> sky.lobes.write_background(
+    ...     "town.h5", sky.lobes.background_of_lobes({"town": town}, [550.0], name="A town")
     ... )
-    >>> sky.read_background_file("town.h5").info.name
+    >>> sky.lobes.read_background_file("town.h5").info.name
     'A town'
     """
     report = Report(path=str(path))
@@ -359,10 +359,12 @@ def write_background(path: str | Path, background: BackgroundFile) -> None:
 
     Examples
     --------
-    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
-    >>> sky.write_background("town.h5", sky.background_of_lobes({"town": town}, [550.0]))
+    >>> town = sky.lobes.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> sky.lobes.write_background(
+    ...     "town.h5", sky.lobes.background_of_lobes({"town": town}, [550.0])
+    ... )
     """
-    require_kind(background, BackgroundFile, "sky.background_of_lobes({'town': lobe}, [550.0])")
+    require_kind(background, BackgroundFile, "sky.lobes.background_of_lobes({'town': lobe}, [550.0])")
     report = Report(path=str(path))
     check_storable(background, report)
     if not report.has_errors:
