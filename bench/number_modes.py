@@ -98,7 +98,7 @@ def _lobes() -> sky.LobeSky:
     tilts = [1.0, 0.0, 0.0, 0.0], [half, half, 0.0, 0.0], [0.5, 0.5, 0.5, 0.5]
     return sky.LobeSky(
         lobes=tuple(
-            sky.WeightedLobe(
+            sky.lobes.WeightedLobe(
                 name=f"lobe {k}",
                 kind="hg",
                 param0=g,

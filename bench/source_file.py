@@ -118,8 +118,8 @@ def scenes() -> dict[str, Any]:
     clear = sky.read_scene(ROOT / "inputs" / "clear_day")
     return {
         "clear_day": clear.components,
-        "table 6 x 9": (table(sky.Law.CELL_MU2, 6, 9),),
-        "disc and table": (*disc(20), table(sky.Law.CELL_MU2, 90, 360)),
+        "table 6 x 9": (table(sky.component.Law.CELL_MU2, 6, 9),),
+        "disc and table": (*disc(20), table(sky.component.Law.CELL_MU2, 90, 360)),
         "perez 90 x 360": perez(90, 360),
         "perez 6 x 12": perez(6, 12),
         "lobe hg": (component(LOBES["cloud edge"]),),

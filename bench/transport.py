@@ -206,7 +206,7 @@ def replicated(scene: sky.Scene, peer: Sampler, replicates: int) -> tuple[list[T
     return mine, [run("slab", peer, n, seed) for seed in seeds]
 
 
-def draw(path: Path, components: tuple[sky.Component, ...], peer: Sampler, replicates: int) -> None:
+def draw(path: Path, components: tuple[sky.component.Component, ...], peer: Sampler, replicates: int) -> None:
     """Relative error against photons, log-log, a panel for each of three quantities."""
     import matplotlib
 

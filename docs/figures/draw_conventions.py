@@ -68,9 +68,9 @@ def draw_azimuth(axes: Axes) -> None:
     turn = np.linspace(0, 2 * np.pi, 361)
     axes.plot(np.cos(turn), np.sin(turn), color=GREY, lw=1)
     conventions = (
-        (sky.AzimuthConvention.ENU_FROM_EAST, 0.8, GREEN),
-        (sky.AzimuthConvention.NORTH_CLOCKWISE, 1.16, BLUE),
-        (sky.AzimuthConvention.WEST_OF_SOUTH, 1.42, ORANGE),
+        (sky.directions.AzimuthConvention.ENU_FROM_EAST, 0.8, GREEN),
+        (sky.directions.AzimuthConvention.NORTH_CLOCKWISE, 1.16, BLUE),
+        (sky.directions.AzimuthConvention.WEST_OF_SOUTH, 1.42, ORANGE),
     )
     for convention, radius, colour in conventions:
         for azimuth in (0, 90, 180, 270):

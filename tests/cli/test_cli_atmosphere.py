@@ -42,7 +42,7 @@ def test_one_sun_as_netcdf_and_skydist(tmp_path, capsys):
         assert found.wavelength.attrs["standard_name"] == "radiation_wavelength"
         assert found.zenith.attrs["bounds"] == "zenith_bounds"
         np.testing.assert_allclose(found.radiance_by_order.sum("order"), found.radiance, rtol=1e-14)
-        table = aomc_sky.read_skydist(out / "skydist.inp")
+        table = aomc_sky.files.read_skydist(out / "skydist.inp")
         np.testing.assert_array_equal(table.radiance[:, :, :12], found.radiance[0])
         brightest = found.radiance[0, 0].argmax(...)
         assert int(brightest["azimuth"]) == 0  # the sun at 25 degrees stands in the first column of 30

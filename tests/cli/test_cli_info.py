@@ -122,11 +122,13 @@ def test_animations_files_and_keys(tmp_path, told):
     pytest.importorskip("h5py")
     spectrum = [1e-9, 1e-9]
     keys = [
-        sky.SkyLobe(kind="ggx", width=0.3, zenith_deg=z, spectrum=spectrum, time_days=t)
+        sky.lobes.SkyLobe(kind="ggx", width=0.3, zenith_deg=z, spectrum=spectrum, time_days=t)
         for t, z in ((0.0, 0), (1.0, 80))
     ]
     other = tmp_path / "moving.h5"
-    sky.write_background(other, sky.background_of_lobes({"moving": keys}, [500.0, 600.0], reference="absolute"))
+    sky.lobes.write_background(
+        other, sky.lobes.background_of_lobes({"moving": keys}, [500.0, 600.0], reference="absolute")
+    )
 
     def names(*words):
         return [lobe["name"] for lobe in json.loads(told("info", *words, "--json").out)["lobes"]]

@@ -22,15 +22,15 @@ def test_files_of_two_runs_merge(amc, tmp_path):
     for source, path in zip(sources, paths, strict=True):
         sky.write_mcpl(source, path)
     library.tool("--merge", whole, *paths)
-    file = sky.read_mcpl(whole)
+    file = sky.files.read_mcpl(whole)
     assert len(file) == 3 * 3500
     runs = runs_of(file.header)
     assert (runs.n_runs, runs.n_photons, runs.n_iid, runs.n_stratified) == (3, 10_500, 1500, 9000)
     assert (runs.seed, runs.plan) == (None, "")
-    parts = [sky.read_mcpl(path).particles().direction for path in paths]
+    parts = [sky.files.read_mcpl(path).particles().direction for path in paths]
     assert np.array_equal(file.particles().direction, np.concatenate(parts))
     assert command("validate", whole) == 0
-    assert [runs_of(sky.read_mcpl(path).header).seed for path in paths] == [1, 2**64 - 1, 3]
+    assert [runs_of(sky.files.read_mcpl(path).header).seed for path in paths] == [1, 2**64 - 1, 3]
 
 
 def test_a_file_is_not_packed(amc, tmp_path):
@@ -53,7 +53,7 @@ def test_info_and_validate_of_a_file(amc, tmp_path, told):
     told("run", amc, "--iterations", 1000, "--format", "mcpl", "--out", path.parent, "-q")
     assert f"MCPL-3 file {path}, 3000 particles, {path.stat().st_size} bytes" in told("info", path).out
     facts = json.loads(told("info", "--json", path).out)
-    particles = sky.read_mcpl(path).particles()
+    particles = sky.files.read_mcpl(path).particles()
     assert facts["bounds"]["uz"] == [particles.direction[:, 2].min(), particles.direction[:, 2].max()]
     assert facts["bounds"]["user_flags"] == [int(particles.user_flags.min()), int(particles.user_flags.max())]
     assert facts["bounds"]["energy"][1] == particles.energy.max()

@@ -55,13 +55,15 @@ def test_keys_stand_in_each_block_and_numbers_of_a_cell_have_labels():
 def wide_night(folder):
     amc = copy_scene("night_sky", folder)
     lobes = {
-        f"glow of the town number {k}, as far as the other side of the bay": sky.SkyLobe(
+        f"glow of the town number {k}, as far as the other side of the bay": sky.lobes.SkyLobe(
             kind="ggx", width=0.123456789, width_y=0.987654321, zenith_deg=10.123456 + k, azimuth_deg=123.456789,
             turn_deg=33.333, spectrum=[1.23456789e-8 * k] * 40,
         )
         for k in range(1, 11)
     }  # fmt: skip
-    sky.write_background(amc.parent / "night.h5", sky.background_of_lobes(lobes, [380.123 + 9 * k for k in range(40)]))
+    sky.lobes.write_background(
+        amc.parent / "night.h5", sky.lobes.background_of_lobes(lobes, [380.123 + 9 * k for k in range(40)])
+    )
     return amc
 
 

@@ -140,7 +140,7 @@ def written_again(folder, source, change, **header):
     sky.write_mcpl(source, ours)
     particles = library.read(ours).copy()
     change(particles)
-    library.write(again, replace(sky.read_mcpl(ours).header, **header), [particles])
+    library.write(again, replace(sky.files.read_mcpl(ours).header, **header), [particles])
     return again
 
 
@@ -187,7 +187,7 @@ def test_optical_photons_are_photons(verify, tmp_path):
     source = sky.read_scene(SMALL, iterations=5000).source(4)
     for code in (22, -22, np.int64(-22)):
         sky.write_mcpl(source, tmp_path / "ours.mcpl", pdg_code=code)
-        assert sky.read_mcpl(tmp_path / "ours.mcpl").header.pdg_code == code
+        assert sky.files.read_mcpl(tmp_path / "ours.mcpl").header.pdg_code == code
         assert verify(tmp_path / "ours.mcpl", scene=SMALL)[0] == 0
     for code in (2112, 0, 22.5, "22"):
         with pytest.raises(sky.UsageError, match="pdg_code"):

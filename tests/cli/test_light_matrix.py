@@ -108,7 +108,7 @@ def in_python(name, files):
         xarray = pytest.importorskip("xarray")
         how = {"sky": sky.TabulatedSky.from_xarray(xarray.open_dataarray("field.nc"))}
     elif name == "atmosphere":
-        medium = sky.Medium(
+        medium = sky.atmosphere.Medium(
             earth_radius_m=6.371e6, top_m=1e5, wavelength_nm=np.array(list(map(float, NM))), constituents=(),
             ground_albedo=np.zeros(4), toa_irradiance=np.ones(4), n_orders=1, sun_angular_radius_deg=0.2665,
         )  # fmt: skip

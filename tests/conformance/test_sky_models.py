@@ -169,16 +169,16 @@ def test_what_is_no_table_and_no_beam():
 
 
 def test_components_are_checked():
-    good = {"name": "x", "law": sky.Law.BEAM, "strength": [1.0], "mass": [[1.0]], "cell": np.zeros((1, 6))}
-    sky.Component(**good)
+    good = {"name": "x", "law": sky.component.Law.BEAM, "strength": [1.0], "mass": [[1.0]], "cell": np.zeros((1, 6))}
+    sky.component.Component(**good)
     shapes = {"mass": [[1.0, 2.0]], "cell": np.zeros((1, 5)), "strength": [[1.0]]}
     numbers = {"mass": [[-1.0]], "strength": [np.nan]}
     with pytest.raises(sky.UsageError, match="is not a valid Law"):
-        sky.Component(**{**good, "law": max(sky.Law) + 1})
+        sky.component.Component(**{**good, "law": max(sky.component.Law) + 1})
     for changes, error, words in ((shapes, ValueError, "do not fit"), (numbers, sky.SceneError, "finite")):
         for name, value in changes.items():
             with pytest.raises(error, match=words):
-                sky.Component(**{**good, name: value})
+                sky.component.Component(**{**good, name: value})
     with pytest.raises(sky.SceneError, match="at a wavelength where it is dark"):
         sky.FunctionSky(lambda z, a, w: max(w - 500.0, 0.0), strength=1.0).lower([450.0, 550.0])
     assert sky.Scene(wavebands=[500.0], n_photons=10, components=lobe_sky(TILTED)).irradiance is not None
@@ -208,7 +208,9 @@ def test_scenes_are_checked():
     for key, value in (*parts, *numbers, ("row_of_band", [0, 5])):
         with pytest.raises(sky.SceneError):
             sky.Scene(**{"wavebands": bands, "n_photons": 10, "components": beam, key: value})
-    dark = sky.Component(name="dark", law=sky.Law.BEAM, strength=[1.0, 0.0], mass=[[1.0]], cell=beam[0].cell)
+    dark = sky.component.Component(
+        name="dark", law=sky.component.Law.BEAM, strength=[1.0, 0.0], mass=[[1.0]], cell=beam[0].cell
+    )
     with pytest.raises(sky.SceneError, match="waveband 2 at 600 nm"):
         sky.Scene(wavebands=bands, n_photons=10, components=(dark,)).source()
     assert sky.Scene(wavebands=bands, n_photons=[10, 0], components=(dark,)).source().total == 10

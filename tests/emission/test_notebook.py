@@ -69,6 +69,6 @@ def test_photons_one_by_one():
 
 
 def test_footprints_by_name():
-    circle = sky.Footprint(shape=sky.FootprintShape.CIRCLE, size_x_m=2.0, size_y_m=2.0)
+    circle = sky.Footprint(shape=sky.plan.options.FootprintShape.CIRCLE, size_x_m=2.0, size_y_m=2.0)
     assert sky.Footprint.circle(2.0) == circle == sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0)
-    assert sky.Footprint.rectangle(1.0, 3.0).shape is sky.FootprintShape.RECTANGLE
+    assert sky.Footprint.rectangle(1.0, 3.0).shape is sky.plan.options.FootprintShape.RECTANGLE

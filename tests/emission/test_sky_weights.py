@@ -129,7 +129,7 @@ def test_a_needle_that_no_patch_sees_is_refused():
     run = sky.Scene(wavebands=[550.0], n_photons=N, components="uniform").source(1)
     spectrum = {"wavelength_nm": np.array([400.0, 700.0]), "spectrum": np.ones(2)}
     turned = np.array([1.0, 0.0, 0.29, 0.0])
-    lobe = sky.WeightedLobe(name="g", kind="ggx", param0=1e-3, param1=1e-3, quaternion=turned, **spectrum)
+    lobe = sky.lobes.WeightedLobe(name="g", kind="ggx", param0=1e-3, param1=1e-3, quaternion=turned, **spectrum)
     scene = sky.Scene(wavebands=[550.0], n_photons=N, components=sky.LobeSky(lobes=(lobe,)))
     with pytest.raises(sky.UsageError, match=r"count as \d+; at least 1000 are needed"):
         run.weights_for(scene, run.photons())

@@ -116,9 +116,9 @@ def test_an_export_replaces_no_pipe_and_no_link(fault, small_run, tmp_path, told
     assert os.lstat(target)[:7] == before
     if fault == "pipe":
         source = sky.Scene(wavebands=[550.0], n_photons=100, components="uniform").source()
-        with pytest.raises(sky.OutputError, match="this is a device or a pipe"):
+        with pytest.raises(sky.errors.OutputError, match="this is a device or a pipe"):
             sky.write_mcpl(source, target)
-        with pytest.raises(sky.OutputError, match="no file can have this name"):
+        with pytest.raises(sky.errors.OutputError, match="no file can have this name"):
             sky.write_mcpl(source, tmp_path / "a\0b")
         assert os.lstat(target)[:7] == before
 

@@ -32,7 +32,7 @@ def test_words_are_the_convention(words):
 
 def test_every_member_has_words():
     assert set(WORDS) == set(NORTH_AND_EAST)
-    assert set(WORDS.values()) == set(sky.AzimuthConvention)
+    assert set(WORDS.values()) == set(sky.directions.AzimuthConvention)
 
 
 @pytest.mark.parametrize(
@@ -50,5 +50,5 @@ def test_other_words_are_none(words):
 @given(st.text(max_size=60))
 def test_any_text_is_a_name_or_none(text):
     assert (convention_of(text) is None) == (" ".join(text.lower().split()) not in {
-        *NORTH_AND_EAST, *(one.name.lower() for one in sky.AzimuthConvention)
+        *NORTH_AND_EAST, *(one.name.lower() for one in sky.directions.AzimuthConvention)
     })  # fmt: skip

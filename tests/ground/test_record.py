@@ -25,16 +25,16 @@ SPECTRA = {"wavelength_nm": [450.0, 550.0], "ground_albedo": [0.1, 0.2], "toa_ir
 
 
 def lobe(factor):
-    return sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=factor * np.array([1e-8, 2e-8]))
+    return sky.lobes.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=factor * np.array([1e-8, 2e-8]))
 
 
 def background(factor):
-    file = sky.background_of_lobes({"town": lobe(factor)}, [450.0, 550.0])
-    return sky.BackgroundSky(animations=file.animations, wavelength_nm=file.wavelength_nm, curves=file.curves)
+    file = sky.lobes.background_of_lobes({"town": lobe(factor)}, [450.0, 550.0])
+    return sky.lobes.BackgroundSky(animations=file.animations, wavelength_nm=file.wavelength_nm, curves=file.curves)
 
 
 def medium(factor):
-    return sky.Medium(**AIR, **{name: factor * np.array(row) for name, row in SPECTRA.items()})
+    return sky.atmosphere.Medium(**AIR, **{name: factor * np.array(row) for name, row in SPECTRA.items()})
 
 
 def plan(factor):
@@ -54,8 +54,8 @@ RECORDS = {
     "PhotonBatch": lambda f: dataclasses.replace(source().photons(0), ux=np.float32(f) * source().photons(0).ux),
     "Component": lambda f: plan(f).components[1], "Wavebands": lambda f: sky.Wavebands([443.0 * f, 555.0 * f]),
     "PatchGrid": lambda f: sky.PatchGrid.regular(4, int(8 * f)), "BackgroundSky": background, "RadianceField": field,
-    "SkyTable": lambda f: sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=f * np.ones((1, 3, 5))),
-    "BackgroundFile": lambda f: sky.background_of_lobes({"town": lobe(f)}, [450.0, 550.0]),
+    "SkyTable": lambda f: sky.files.SkyTable(wavelength_nm=np.array([500.0]), radiance=f * np.ones((1, 3, 5))),
+    "BackgroundFile": lambda f: sky.lobes.background_of_lobes({"town": lobe(f)}, [450.0, 550.0]),
     "LobeSky": lambda f: sky.background_at(background(f), 0.0),
     "WeightedLobe": lambda f: sky.background_at(background(f), 0.0).lobes[0],
     "TabulatedSky": lambda f: sky.TabulatedSky(wavelength_nm=[450.0, 550.0], values=f * np.ones((2, 8)), grid=FOUR),
@@ -113,7 +113,7 @@ def test_what_readers_give_compares_and_is_short(tmp_path):
     assert Irradiance(of_component=np.ones((300, 2))) == Irradiance(of_component=np.ones((300, 2)))
     pytest.importorskip("mcpl")
     sky.write_mcpl(source(), tmp_path / "a.mcpl")
-    one, other = (sky.read_mcpl(tmp_path / "a.mcpl").particles() for _ in range(2))
+    one, other = (sky.files.read_mcpl(tmp_path / "a.mcpl").particles() for _ in range(2))
     assert one == other
     assert len(repr(one)) < 400
 

@@ -74,7 +74,9 @@ def test_a_million_patches():
     grid = sky.PatchGrid.regular(1000, 1000)
     mass = np.random.default_rng(1).random((1, grid.n_patches))
     cell = sky.component.cells_of_grid(grid)
-    one = sky.Component(name="t", law=sky.Law.CELL_MU2, strength=np.ones(1), mass=mass, cell=cell, grid=grid)
+    one = sky.component.Component(
+        name="t", law=sky.component.Law.CELL_MU2, strength=np.ones(1), mass=mass, cell=cell, grid=grid
+    )
     scene = sky.Scene(wavebands=[550.0], n_photons=10**7, components=(one,))
     for order in ("shuffled", "patch"):
         compare(built("-O2"), scene.source(seed=1, order=order))

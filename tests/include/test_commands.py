@@ -107,7 +107,9 @@ def test_equal_plans_give_equal_bytes_and_bands_share_tables():
         grid = sky.PatchGrid.regular(90, 360)
         mass = np.random.default_rng(1).random((1, grid.n_patches))
         cell = sky.component.cells_of_grid(grid)
-        one = sky.Component(name="t", law=sky.Law.CELL_MU2, strength=np.ones(1), mass=mass, cell=cell, grid=grid)
+        one = sky.component.Component(
+            name="t", law=sky.component.Law.CELL_MU2, strength=np.ones(1), mass=mass, cell=cell, grid=grid
+        )
         wavebands = np.linspace(400, 700, n_bands).tolist()
         return sky.Scene(wavebands=wavebands, n_photons=10**6, components=(one,)).source(seed=1)
 

@@ -375,7 +375,7 @@ def test_every_routine(name, precision, start, n, fortran, tmp_path):
     }
     words |= {"real": "real64", "wrong": "real32"} if is_double else {"real": "real32", "wrong": "real64"}
     text = re.sub(r"\{(\w+)\}", lambda found: words[found[1]], EVERY)
-    parts = *disc(40), table(sky.Law.CELL_MU2, 6, 9)
+    parts = *disc(40), table(sky.component.Law.CELL_MU2, 6, 9)
     circle = sky.Footprint.circle(2.0)
     scene = sky.Scene(wavebands=WAVEBANDS, n_photons=[3500, 2100], components=parts, footprint=circle)
     source = scene.source(seed=9, bias={"direct": 0.2}, precision=precision.split()[0])

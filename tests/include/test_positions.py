@@ -32,7 +32,7 @@ SHAPE, SIZES = RECORDS + 8 * 32, RECORDS + 8 * 33
 
 def source_on(name, n=3011, **options):
     """Photons of a beam and a table that enter through a footprint."""
-    parts = *disc(40), table(sky.Law.CELL_MU2, 6, 9)
+    parts = *disc(40), table(sky.component.Law.CELL_MU2, 6, 9)
     scene = sky.Scene(wavebands=WAVEBANDS, n_photons=n, components=parts, footprint=SHAPES[name])
     return scene.source(seed=9, **options)
 

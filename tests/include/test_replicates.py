@@ -100,7 +100,7 @@ def test_a_stream_over_all_replicates_has_the_light_of_the_band():
 
 def test_replicates_share_their_tables():
     """Sixteen runs in a waveband of 32 400 patches and its disc: less than twice the size of one."""
-    parts = table(sky.Law.CELL_MU2, 90, 360), *disc(30)
+    parts = table(sky.component.Law.CELL_MU2, 90, 360), *disc(30)
     scene = sky.Scene(wavebands=WAVEBANDS[:1], n_photons=50_000, components=parts[1:] + parts[:1])
     one, sixteen = (len(scene.source(seed=1, replicates=r).to_bytes()) for r in (1, 16))
     assert one < sixteen < 2 * one

@@ -275,7 +275,7 @@ end program
 @needs("gfortran")
 @pytest.mark.parametrize("precision", OPTIONS[0])
 def test_fortran(precision, tmp_path):
-    parts = *disc(40), table(sky.Law.CELL_MU2, 6, 9)
+    parts = *disc(40), table(sky.component.Law.CELL_MU2, 6, 9)
     circle = sky.Footprint.circle(2.0)
     scene = sky.Scene(wavebands=WAVEBANDS, n_photons=[3500, 2100], components=parts, footprint=circle)
     source = scene.source(seed=9, bias={"direct": 0.2}, precision=precision)

@@ -96,9 +96,9 @@ def by_solid_angle(parts, n=3011, **options):
 
 
 BY_ANGLE = {
-    "alone": lambda: (table(sky.Law.CELL_MU, 7, 11),),
-    "beside all others": lambda: (table(sky.Law.CELL_MU, 3, 2, "coarse"), *perez(6, 5), *disc(35)),
-    "not by angle": lambda: (*disc(20), table(sky.Law.CELL_MU2, 6, 9)),
+    "alone": lambda: (table(sky.component.Law.CELL_MU, 7, 11),),
+    "beside all others": lambda: (table(sky.component.Law.CELL_MU, 3, 2, "coarse"), *perez(6, 5), *disc(35)),
+    "not by angle": lambda: (*disc(20), table(sky.component.Law.CELL_MU2, 6, 9)),
     "listed": of_listed_values,
 }
 HAS_MU = {"alone", "beside all others"}
@@ -295,7 +295,7 @@ def light_of_first(data, source):
 
 def test_weights_give_the_light_and_planted_ones_do_not(monkeypatch):
     """Planted: 1 / w for w, and photons shared out by mass for those by launch."""
-    parts = *disc(40), table(sky.Law.CELL_MU2, 6, 9)
+    parts = *disc(40), table(sky.component.Law.CELL_MU2, 6, 9)
     source = sky.Scene(wavebands=WAVEBANDS, n_photons=20_000, components=parts).source(seed=2, bias={"direct": 0.2})
     light = float(source.mass(0)[0])
     assert light == pytest.approx(0.5)

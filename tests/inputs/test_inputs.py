@@ -42,7 +42,7 @@ def test_script_writes_the_same_night(tmp_path):
     h5py = pytest.importorskip("h5py")
     script(INPUTS / "make_night.py").main(tmp_path)
     made, kept = (folder / "night_sky" / "night.h5" for folder in (tmp_path, INPUTS))
-    one, other = aomc_sky.read_background_file(made), aomc_sky.read_background_file(kept)
+    one, other = aomc_sky.lobes.read_background_file(made), aomc_sky.lobes.read_background_file(kept)
     np.testing.assert_array_equal(one.curves, other.curves)
     assert list(one.animations) == list(other.animations)
     if h5py.version.hdf5_version == HDF5_OF_NIGHT:

@@ -112,7 +112,7 @@ def test_a_direction_in_words_and_the_sun_where_all_domes_have_it():
 
 
 def test_the_azimuth_of_the_sun_may_be_that_of_a_compass():
-    for convention in ("north_clockwise", "clockwise from north", sky.AzimuthConvention.NORTH_CLOCKWISE):
+    for convention in ("north_clockwise", "clockwise from north", sky.directions.AzimuthConvention.NORTH_CLOCKWISE):
         figure = sky.plot(sky.UniformSky(), sun_deg=(60.0, 90.0), azimuth_convention=convention)
         assert marks_of(figure)["mark-sun"] == pytest.approx((60.0, 0.0), abs=1e-9)  # in the east
     for convention in ("compass", "clockwise from the sun"):

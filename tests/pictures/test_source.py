@@ -113,7 +113,7 @@ def test_lobes_and_patches_share_a_grid_that_changes_neither():
 def test_whole_degrees_of_the_program_are_drawn_as_the_degrees_around_them():
     radiance = np.zeros((1, 90, 361))
     radiance[0, 44, 90], radiance[0, 44, 360], radiance[0, 44, 0] = 3.0, 1.0, 1.0
-    table = sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=radiance)
+    table = sky.files.SkyTable(wavelength_nm=np.array([500.0]), radiance=radiance)
     model, _ = tabulated_sky(table, compat="aomc")
     picture = source_picture(source_of(model))
     values = picture.domes[0].values.reshape(90, 360)

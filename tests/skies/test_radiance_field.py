@@ -124,7 +124,7 @@ def test_conventions_and_orders_of_one_field_are_one_sky(order, tmp_path):
 
 def test_what_is_given_and_what_is_taken_for_granted():
     """An argument wins over what the field states, and stands for what it does not state."""
-    given = read(field(north=True), azimuth_convention=sky.AzimuthConvention.ENU_FROM_EAST)
+    given = read(field(north=True), azimuth_convention=sky.directions.AzimuthConvention.ENU_FROM_EAST)
     assert abs(given.radiance(0.5, np.deg2rad(90), 440) - radiance(30, 0, 440)) < 0.02
     how = {"angle_unit": "rad", "wavelength_unit": "nm", **FROM_EAST}
     np.testing.assert_array_equal(read(field(radians=True, attributes=False), **how).values, read(field()).values)
@@ -260,7 +260,7 @@ def test_a_table_in_doubt_is_refused(given, message):
 @pytest.mark.parametrize("shape", [(4, 3, 1), (4, 3)])
 def test_a_table_whose_wavelengths_stand_last_is_refused(shape):
     with pytest.raises(sky.SceneError, match=r"radiances of shape \(1, n_zenith, n_azimuth\), got "):
-        sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones(shape))
+        sky.files.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones(shape))
 
 
 def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():

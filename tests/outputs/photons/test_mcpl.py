@@ -70,7 +70,7 @@ def test_weights_stand_in_every_record_where_they_differ(precision, tmp_path):
     source = scene(table, wavelengths=[500.0]).source(seed=5, precision=precision, weights=True)
     write_mcpl(source, tmp_path / "ours.mcpl")
     assert (tmp_path / "ours.mcpl").read_bytes() == written_by_libmcpl(oracle(), source, tmp_path / "theirs.mcpl")
-    file = sky.read_mcpl(tmp_path / "ours.mcpl")
+    file = sky.files.read_mcpl(tmp_path / "ours.mcpl")
     assert file.header.weight == 0.0
     assert np.array_equal(file.particles().weight, source.photons(0).weight.astype(np.float64))
     assert file.particles().weight.std() > 0.1
@@ -130,7 +130,7 @@ def test_directions_come_back_within_the_error_of_the_page(dtype, error, tmp_pat
         writer = McplWriter(scene(n_photons=[len(directions), 0, 0]).source(precision=dtype.__name__))
         chunk = bytes(writer.chunks(batch_of(directions))[0])
         (tmp_path / "x.mcpl").write_bytes(writer.layouts((0,))[0].head + chunk)
-        back = sky.read_mcpl(tmp_path / "x.mcpl").particles().direction
+        back = sky.files.read_mcpl(tmp_path / "x.mcpl").particles().direction
         assert (np.abs((back**2).sum(axis=1) - 1) < 1e-15).all()
         worst = max(worst, np.abs(back - directions.astype(np.float64)).max())
     assert 0.5 * error < worst < error

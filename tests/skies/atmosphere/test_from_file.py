@@ -16,7 +16,7 @@ FEW = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 20.0, "n_orders": 1, "grid": s
 
 def test_it_is_the_sky_of_the_medium(tmp_path):
     found = sky.AtmosphereSky.from_file(str(MARINE), wavelength_nm=[440.0, 560.0], **FEW)
-    medium, _ = read_medium(sky.read_atmo(MARINE), [440.0, 560.0])
+    medium, _ = read_medium(sky.atmosphere.read_atmo(MARINE), [440.0, 560.0])
     expected = sky.AtmosphereSky(medium=medium, **FEW)
     assert found.medium.wavelength_nm.tolist() == [440.0, 560.0]
     np.testing.assert_array_equal(found.patch_mean, expected.patch_mean)

@@ -107,7 +107,7 @@ BAD_LOBES = [
     ("call", "error", "words"),
     [
         *((lambda bad=bad: background(dataclasses.replace(TWO, **bad)), SceneError, r"error\[E50") for bad in BAD_KEYS),
-        *((lambda bad=bad: aomc_sky.WeightedLobe(**UP | bad), SceneError, None) for bad in BAD_LOBES),
+        *((lambda bad=bad: aomc_sky.lobes.WeightedLobe(**UP | bad), SceneError, None) for bad in BAD_LOBES),
         (lambda: background(animation([0.0], [1.0], curve_index=np.array([2]))), SceneError, "curve"),
         (lambda: background(animation([0.0], [1.0], lobe_type=np.uint8([9]))), SceneError, r"Type \[0\] is 9"),
         (lambda: dataclasses.replace(STEADY, wavelength_nm=-STEADY.wavelength_nm), SceneError, r"is -0\.\d+ um"),
@@ -151,7 +151,7 @@ def test_keys_fade_into_each_other_in_shape_and_direction():
     np.testing.assert_allclose(now.lobes[0].spectrum, [0.75, 1.5, 4.5], rtol=1e-15)
     np.testing.assert_allclose(now.lobes[1].spectrum, [6.0, 6.0, 6.0], rtol=1e-15)
     # the last key alone, from the law
-    end = aomc_sky.WeightedLobe(
+    end = aomc_sky.lobes.WeightedLobe(
         name="end", kind="ggx", param0=0.6, param1=0.4, quaternion=turn(80.0),
         wavelength_nm=night.wavelength_nm, spectrum=3.0 * night.curves[1],
     )  # fmt: skip

@@ -40,18 +40,18 @@ def test_axes_point_where_they_are_said_to(zenith, azimuth, turn):
 def test_a_file_of_lobes_is_read_back(tmp_path):
     pytest.importorskip("h5py")
     lamp = {"kind": "beckmann", "width": 0.25, "width_y": 0.5, "zenith_deg": 80.0, "spectrum": SPECTRUM}
-    file = sky.background_of_lobes(
+    file = sky.lobes.background_of_lobes(
         {
-            "stars": sky.SkyLobe(kind="hg", width=0.5, spectrum=[4e-9, 4e-9, 4e-9]),
-            "town": [sky.SkyLobe(**lamp, time_days=0.5), sky.SkyLobe(**lamp, time_days=0.75, factor=0.5)],
-            "round": [sky.SkyLobe(kind="ggx", width=2.0, spectrum=np.array(SPECTRUM))],
+            "stars": sky.lobes.SkyLobe(kind="hg", width=0.5, spectrum=[4e-9, 4e-9, 4e-9]),
+            "town": [sky.lobes.SkyLobe(**lamp, time_days=0.5), sky.lobes.SkyLobe(**lamp, time_days=0.75, factor=0.5)],
+            "round": [sky.lobes.SkyLobe(kind="ggx", width=2.0, spectrum=np.array(SPECTRUM))],
         },
         WAVELENGTH,
         reference="hebdomadal",
         name="a town",
     )
-    sky.write_background(tmp_path / "town.h5", file)
-    found = sky.read_background_file(tmp_path / "town.h5")
+    sky.lobes.write_background(tmp_path / "town.h5", file)
+    found = sky.lobes.read_background_file(tmp_path / "town.h5")
     assert found.info.name == "a town"
     assert found.curves.shape == (2, 3)  # three equal spectra are one curve
     town, stars, round_one = (found.animations[name] for name in ("town", "stars", "round"))
@@ -67,8 +67,8 @@ def test_a_file_of_lobes_is_read_back(tmp_path):
 
 
 def test_what_cannot_be_built_is_refused():
-    good = sky.SkyLobe(kind="hg", width=0.5, spectrum=SPECTRUM)
+    good = sky.lobes.SkyLobe(kind="hg", width=0.5, spectrum=SPECTRUM)
     with pytest.raises(SceneError, match="'a': a spectrum of shape \\(3,\\) for 2 wavelengths"):
-        sky.background_of_lobes({"a": good}, WAVELENGTH[:2])
+        sky.lobes.background_of_lobes({"a": good}, WAVELENGTH[:2])
     with pytest.raises(SceneError, match="'b' has no lobe"):
-        sky.background_of_lobes({"a": good, "b": []}, WAVELENGTH)
+        sky.lobes.background_of_lobes({"a": good, "b": []}, WAVELENGTH)
