@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from dataclasses import InitVar, dataclass
 from typing import TYPE_CHECKING
@@ -75,11 +76,8 @@ class HarrisonCoombesSky(Share):
         self._law()  # which checks the sun
 
     def _law(self) -> PerezSky:
-        e = 2.04 * (math.cos(self.sun_zenith_rad) if math.isfinite(self.sun_zenith_rad) else 0.0) / 1.63
-        return PerezSky(
-            sun_zenith_rad=self.sun_zenith_rad,
-            sun_azimuth_rad=self.sun_azimuth_rad,
-            coefficients=(-1.0, -0.19, 53.7 / 1.63, -5.49, e),
+        return dataclasses.replace(
+            _laws(self.sun_zenith_rad, self.sun_azimuth_rad)[0],
             strength=self.strength,
             irradiance_W_m2_nm=self.irradiance_W_m2_nm,
             polarisation=self.polarisation,
@@ -87,11 +85,11 @@ class HarrisonCoombesSky(Share):
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """C N_cloud + (1 - C) N_clear of sky elements; 0 below the horizon."""
-        law, cosine = self._law(), math.cos(self.sun_zenith_rad)
+        law, aureole = _laws(self.sun_zenith_rad, self.sun_azimuth_rad)
+        cosine = math.cos(self.sun_zenith_rad)
         clear = law.radiance(sky_zenith_rad, sky_azimuth_rad, wavelength_nm) * (-1.63 * math.expm1(-0.53 / cosine))
         if self.cloud_cover == 0:
             return clear
-        aureole = dataclasses.replace(law, coefficients=(0.0, 0.0, 0.72, -1.88, 0.0))  # 1 + 0.72 exp(-1.88 p)
         cloudy = aureole.radiance(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
         rest = 0.12 * self.sun_zenith_rad - 0.55 + 0.43 * np.cos(floats("sky_zenith_rad", sky_zenith_rad))
         return np.where(cloudy == 0, 0.0, self.cloud_cover * (cloudy + rest) + (1.0 - self.cloud_cover) * clear)
@@ -104,3 +102,12 @@ class HarrisonCoombesSky(Share):
         strength = np.full(np.size(wavelength_nm), one.strength[0])
         parts = polarised(self, (dataclasses.replace(one, strength=strength),), 550.0)
         return with_share(self, parts)
+
+
+@functools.lru_cache(maxsize=2)  # each integrates the sky once
+def _laws(sun_zenith_rad: float, sun_azimuth_rad: float) -> tuple[PerezSky, PerezSky]:
+    """N_clear without its factor, and 1 + 0.72 exp(-1.88 p), as laws of Perez."""
+    e = 2.04 * (math.cos(sun_zenith_rad) if math.isfinite(sun_zenith_rad) else 0.0) / 1.63
+    sun = {"sun_zenith_rad": sun_zenith_rad, "sun_azimuth_rad": sun_azimuth_rad}
+    clear = PerezSky(coefficients=(-1.0, -0.19, 53.7 / 1.63, -5.49, e), **sun)
+    return clear, dataclasses.replace(clear, coefficients=(0.0, 0.0, 0.72, -1.88, 0.0))
