@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import aomc_sky as sky
+from aomc_sky.emission.source_file import head_of
 from tests.emission.test_polarised_photons import table as polarised_table
 from tests.support.sampled import table_of
 
@@ -229,3 +230,16 @@ def test_a_scene_in_the_place_of_a_source(call, tmp_path):
     with pytest.raises(sky.UsageError, match=r"expected a (Scene|PhotonSource), got (PhotonSource|Scene); write "):
         call(scene(), tmp_path / "out")
     assert not list(tmp_path.iterdir())
+
+
+@given(st.data())
+def test_a_source_file_with_one_other_bit_has_no_head(data):
+    source = scene(n=50).source()
+    whole = source.to_bytes()
+    found = head_of(whole)
+    assert (found["bytes"], found["plan_sha256"], len(found["bands"])) == (len(whole), source.plan.sha256, 2)
+    at = data.draw(st.one_of(st.integers(0, 200), st.integers(0, len(whole) - 1)))
+    damaged = bytearray(whole)
+    damaged[at] ^= 1 << data.draw(st.integers(0, 7))
+    assert head_of(bytes(damaged)) is None
+    assert head_of(whole[: 8 * (at // 8)]) is None

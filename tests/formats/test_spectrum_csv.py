@@ -158,3 +158,8 @@ def test_tables_that_are_too_large_are_refused(tmp_path):
     assert refused(tmp_path / "t.csv", rows) == [("E401", 0)]
     (tmp_path / "t.csv").write_bytes(rows[: rows.rindex(b"\n", 0, -1) + 1])
     assert len(read_spectrum_csv(tmp_path / "t.csv").value) == MAX_POINTS
+
+
+def test_the_table_of_the_eye_has_these_sums_to_the_last_digit():
+    """Of the numbers, and of the numbers times their places: one digit, or two that change places, would be seen."""
+    assert (sum(spectra.V_E7), sum(k * v for k, v in enumerate(spectra.V_E7))) == (213_713_276, 7_701_878_898)
