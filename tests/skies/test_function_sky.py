@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import aomc_sky as sky
 from aomc_sky.skies import function_sky
@@ -206,3 +208,14 @@ def test_a_refined_grid_is_not_coarser_than_one_that_was_given_and_sees_all_ligh
     assert float(found.irradiance(550.0)[0]) == pytest.approx(light, rel=1e-9)
     assert found.variation(550.0)[0] <= 0.05
     assert FunctionSky(bright_zenith).refined(0.01).patches.n_patches < 100  # of a smooth one without a grid of its own
+
+
+@given(st.floats(1e-6, 1.0), st.floats(1e-9, 100.0), st.floats(0.0, 100.0))
+def test_the_coarsest_grid_keeps_the_tolerance_and_no_coarser_one_of_its_columns_does(tolerance, rings, columns):
+    n_zenith, n_azimuth = function_sky._coarsest(tolerance, rings, columns)
+
+    def error(n_rings):
+        return rings / n_rings**2 + columns / n_azimuth**2
+
+    assert error(n_zenith) <= tolerance * (1 + 1e-12)
+    assert n_zenith == 1 or error(n_zenith - 1) > tolerance * (1 - 1e-12)

@@ -78,6 +78,10 @@ class _Watch:
         if report.failed:
             self.failed = self.failed or report.nodeid
 
+    def pytest_collectreport(self, report):
+        if report.failed:
+            self.failed = self.failed or report.nodeid
+
     def pytest_collection_finish(self, session):
         session.items.sort(key=lambda item: self.order.get(item.nodeid, 0))
 
@@ -205,7 +209,7 @@ class Lines:
             found = {test for k in range(statement.lineno, statement.end_lineno + 1) for test in by_line[k]}
         names = {n.id for n in ast.walk(statement) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
         names |= {getattr(statement, "name", "")} - {""}
-        if not found and names and is_import:
+        if names and is_import:
             word = re.compile(rf"\b({'|'.join(names)})\b")
             for path, text in self.texts.items():
                 at = [k for k, words in enumerate(text.split("\n"), 1) if word.search(words)]

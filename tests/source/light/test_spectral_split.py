@@ -210,3 +210,10 @@ def test_light_of_the_night_adds_to_it_and_irradiances_of_sky_toml_win(amc):
     toml.write_text(text + "\n[sky]\ndiffuse_irradiance = [0.1, 0.1, 0.1, 0.25]\n")
     with pytest.raises(SceneError, match=r"beam of waveband 4 at 650 nm has 2\.5\d .* which has 1\.5\d outside"):
         sky.read_scene(amc, perez=SPECTRL2)
+
+
+@pytest.mark.parametrize("name", ["aod_500nm", "water_cm", "ozone_cm", "aerosol"])
+def test_only_the_pressure_of_a_clear_sky_may_be_left_open(name):
+    assert sky.ClearSky(pressure_hPa=None) == sky.ClearSky()
+    with pytest.raises(sky.UsageError, match=name):
+        sky.ClearSky(**{name: None})
