@@ -210,3 +210,13 @@ def test_textbook_step_drifts():
             -s * c * r + z * mu,
         )
     assert length_error([x, y, z]).max() > 4
+
+
+@pytest.mark.parametrize("long", [-9e-4, 0.0, 9e-4])
+def test_a_step_brings_the_length_back_to_second_order(long):
+    """By 3/2 - length^2 / 2: an error e of the length becomes 3/2 e^2, and tangents off by e make it a little more."""
+    direction = RNG.normal(size=(3, 1000))
+    direction *= (1 + long) / np.linalg.norm(direction, axis=0)
+    _, one_minus_mu, sin_theta = R.sample_mu_sin(RNG.random(1000), 0.03)
+    after = S.new_direction(*direction, one_minus_mu, sin_theta, RNG.random(1000))
+    np.testing.assert_allclose(np.linalg.norm(after, axis=0), 1.0, rtol=0, atol=6 * long**2 + 1e-15)
