@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from aomc_sky.skies.radiance_field import _between_samples
 from tests.support.fields import FROM_EAST, NM, angles_of, field_of, radiance, through_a_file
 
 xarray = pytest.importorskip("xarray")
@@ -449,3 +450,21 @@ def test_fields_of_any_magnitude(scale):
     assert np.all(np.isfinite(table.values))
     assert table.values.max() == pytest.approx(scale, rel=0.01, abs=0.0)
     assert np.all(np.abs(table.slope) <= 1)
+
+
+@pytest.mark.parametrize("first_zenith_deg", [0.0, 10.0])
+@pytest.mark.parametrize("turn_deg", [-100.0, 7.0, 190.0])
+def test_turned_samples_give_turned_patches(turn_deg, first_zenith_deg):
+    """Across the zenith, too, where the sky goes on on the other side."""
+    zenith, azimuth = first_zenith_deg + np.arange(0.0, 81.0, 20.0), np.arange(0.0, 360.0, 45.0)
+    values = np.random.default_rng(4).uniform(1.0, 2.0, (zenith.size, azimuth.size))
+    edges = np.concatenate([[0.0], zenith[:-1] + 10.0, [90.0]])
+    rings = np.stack([edges[:-1], edges[1:]], axis=1)
+
+    def patches(turn):
+        columns = np.stack([azimuth - 22.5, azimuth + 22.5], axis=1) + turn
+        grid = sky.PatchGrid(zenith_bounds_deg=rings, azimuth_bounds_deg=columns)
+        return _between_samples(zenith, azimuth + turn, values, grid)
+
+    for found, expected in zip(patches(turn_deg), patches(0.0), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
