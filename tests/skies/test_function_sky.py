@@ -210,12 +210,21 @@ def test_a_refined_grid_is_not_coarser_than_one_that_was_given_and_sees_all_ligh
     assert FunctionSky(bright_zenith).refined(0.01).patches.n_patches < 100  # of a smooth one without a grid of its own
 
 
-@given(st.floats(1e-6, 1.0), st.floats(1e-9, 100.0), st.floats(0.0, 100.0))
+@given(st.floats(1e-6, 1.0), st.one_of(st.floats(1e-3, 0.999), st.floats(1.0, 1e4)), st.floats(0.0, 1e4))
 def test_the_coarsest_grid_keeps_the_tolerance_and_no_coarser_one_of_its_columns_does(tolerance, rings, columns):
+    rings, columns = tolerance * rings, tolerance * columns
     n_zenith, n_azimuth = function_sky._coarsest(tolerance, rings, columns)
 
-    def error(n_rings):
-        return rings / n_rings**2 + columns / n_azimuth**2
+    def error(n_rings, n_columns):
+        return rings / n_rings**2 + columns / n_columns**2
 
-    assert error(n_zenith) <= tolerance * (1 + 1e-12)
-    assert n_zenith == 1 or error(n_zenith - 1) > tolerance * (1 - 1e-12)
+    assert error(n_zenith, n_azimuth) <= tolerance * (1 + 1e-12)
+    if n_zenith > 1:
+        assert error(n_zenith - 1, n_azimuth) > tolerance * (1 - 1e-12)
+    elif n_azimuth > 1:
+        assert error(1, n_azimuth - 1) > tolerance * (1 - 1e-12)
+
+
+def test_an_even_sky_needs_one_patch():
+    refined = FunctionSky(lambda zenith, azimuth, nm: 1.0).refined(0.1)
+    assert refined.patches.n_patches == 1
