@@ -91,3 +91,9 @@ def test_points_of_a_lattice_are_whole_degrees_and_none_is_below_the_horizon():
     grid = sky.PatchGrid.lattice(92, 3)
     assert grid.zenith_bounds_deg.tolist() == [[z, z] for z in (*range(1, 91), 90, 90)]
     assert grid.azimuth_bounds_deg.tolist() == [[0, 0], [1, 1], [2, 2]]
+
+
+@pytest.mark.parametrize("name", ["zenith_bounds_deg", "azimuth_bounds_deg"])
+def test_bounds_of_a_grid_cannot_be_changed(name):
+    with pytest.raises(ValueError, match="read-only"):
+        getattr(rings(0.0, 90.0), name)[0, 0] = 1.0
