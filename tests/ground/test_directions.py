@@ -104,3 +104,17 @@ def test_the_twin_of_an_angle_is_a_property_and_no_field():
     assert (sun.zenith_deg, sun.zenith_rad) == (pytest.approx(30.0), np.deg2rad(sun.zenith_deg))
     assert replace(sun, zenith_deg=60.0, note="low") == Sun(zenith_deg=60.0, name="ours")
     assert set(Sun.__dataclass_fields__) == {"zenith_deg", "radius_deg", "name", "note"}
+
+
+WHERE_IT_IS_NOUGHT = {"EAST": 0, "NORTH": 90, "WEST": 180, "SOUTH": 270, "SUN": 40, "ANTISUN": 220}
+
+
+@pytest.mark.parametrize(
+    "convention", [c for c in AzimuthConvention if not {"ENU", "OF"} & set(c.name.split("_"))], ids=str
+)
+def test_a_convention_begins_and_turns_as_its_name_says(convention):
+    words = convention.name.removeprefix("FROM_").split("_")
+    is_clockwise = words[1:] == ["CLOCKWISE"]
+    begin = WHERE_IT_IS_NOUGHT[words[0]]
+    found = to_enu_azimuth_deg([0, 20], convention, **({"sun_azimuth_deg": 40.0} if convention.is_from_sun else {}))
+    assert found.tolist() == [begin, (begin + (-20 if is_clockwise else 20)) % 360]
