@@ -26,3 +26,18 @@ def test_verify_says_that_a_scene_is_another_one(told, tmp_path):
     assert "another scene: wavebands 1 (550 nm)" in " ".join(said.split())
     assert "other contents of amc, lambbot, skydist" in " ".join(said.split())
     assert "shape" not in said
+
+
+def test_ghi_alone_and_a_file_of_photons_say_what_is_missing(told, tmp_path):
+    alone = ("--sun-zenith", 40, "--ghi", 700, "--wavelengths", 550, "--out", tmp_path / "out")
+    assert "ghi alone does not say how much of it is the beam" in told("run", *alone, code=2).err
+    (tmp_path / "mine.npy").write_bytes(b"")
+    said = told("verify", tmp_path / "mine.npy", "--sky", "uniform", "--wavelengths", 550, code=2).err
+    assert "give a run folder, or --scene" in said
+
+
+def test_a_run_of_a_time_says_where_the_sun_is(told, tmp_path):
+    pytest.importorskip("pvlib")
+    place = ("--time", "2026-06-21T10:00Z", "--latitude", 54.18, "--longitude", 7.89, "--spectrum", "spectrl2")
+    how = ("--wavelengths", 550, "--iterations", 100, "--format", "none", "--out", tmp_path / "out")
+    assert "sun: 35.07 degrees from the zenith, azimuth 307.77 (compass 142.23)" in told("run", *place, *how).out

@@ -68,3 +68,14 @@ def test_quiet_says_it_and_strict_refuses_it(radiances, tmp_path, told):
     out = tmp_path / "out"
     assert "E312" in told("run", radiances, "--format", "none", "--out", out, "-q").err
     assert "E312" in told("run", radiances, "--format", "none", "--out", out, "--strict", code=3).err
+
+
+@pytest.mark.parametrize(("header", "is_told"), [(11, False), (12, True)])
+def test_a_header_with_the_number_of_columns_is_told(radiances, header, is_told):
+    """sky_azimuth is the largest index: 12 columns numbered from 0 want 11, else a twelfth of the sky is dark."""
+    rows = "".join(f"1 {ring} {column} 1.0\n" for ring in (1, 2) for column in range(12))
+    (radiances.parent / "skydist.inp").write_text(f"24 2 {header} 1\n550\n{rows}")
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        sky.read_scene(radiances, weighting="listed")
+    assert any("E313" in str(one.message) for one in said) == is_told

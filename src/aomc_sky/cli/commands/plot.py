@@ -203,7 +203,8 @@ def _title(arguments: argparse.Namespace, text: str) -> str:
 def _name(arguments: argparse.Namespace) -> str:
     """The name of the path in a title; a scene has the name of its folder, one of options that of its sky."""
     if arguments.path is None:
-        return arguments.sky or "sun and sky"
+        when = f"{Path(arguments.weather).name}, row {arguments.row}" if arguments.weather else arguments.time
+        return ", ".join(filter(None, (arguments.sky or "sun and sky", when)))
     path = Path(os.path.abspath(arguments.path))
     return path.parent.name if path.name == "amc.inp" else path.name
 

@@ -296,7 +296,7 @@ def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path
     notes, n_hidden = (scene.notes, 0) if verbose else shown_notes(scene.notes)
     lines = [f"note: {note}" for note in notes]
     remarks, more = _remarks(scene, n_hidden, verbose=verbose)
-    lines += more
+    lines += _sun_lines(scene) + more
     if verbose:
         lines += [f"{name}: {shown(value)}" for name, value in {**scene.input_files, **scene.options}.items()]
         drawn = ("method", "allocation", "placement", "order", "precision", "replicates")
@@ -326,6 +326,16 @@ def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path
     if folder is None or any(name.endswith(".raw") for name in (result.manifest or {}).get("files", ())):
         lines.append(f"a raw record: {', '.join(columns_of(source))} ({RAW_NUMBERS})")
     return "\n".join([*lines, f"plan {source.plan.sha256[:16]}" + ("" if folder is None else f", folder {folder}")])
+
+
+def _sun_lines(scene: Scene) -> list[str]:
+    """Where the sun stands at a time and place, or at an hour of a weather file."""
+    sun = scene.options.get("sun")
+    if not sun or "weather" not in scene.options:
+        return []
+    zenith, azimuth = sun["zenith_deg"], sun["azimuth_deg"]
+    compass = (90.0 - azimuth) % 360.0
+    return [f"sun: {zenith:.2f} degrees from the zenith, azimuth {azimuth:.2f} (compass {compass:.2f}); {sun['from']}"]
 
 
 def _remarks(scene: Scene, n_hidden: int, *, verbose: bool) -> tuple[list[str], list[str]]:

@@ -84,14 +84,14 @@ def _refuse_mixture(arguments: argparse.Namespace) -> None:
         if getattr(arguments, name) is not None:
             advice = "give their file instead of the folder, and" if is_folder else "give their"
             raise UsageError(f"--{name} is for photons of another code: {advice} --scene AMC_INP")
-    reading = cli_options.given_options(arguments, *cli_options.names_of(cli_options.READING | cli_options.WHEN))
-    reading += ["--wavelengths"] if arguments.wavelengths else []
-    for name in reading if arguments.scene is None else ():
-        raise UsageError(f"{name} says how a scene is read; a run is checked against its own plan: leave it out")
     if not is_folder and Path(arguments.path).exists():
         kind = kind_of(Path(arguments.path))
         what = "a file" if kind is None else kind.value
         raise UsageError(f"{arguments.path} is {what}: give a run folder, or --scene AMC_INP for photons of any code")
+    reading = cli_options.given_options(arguments, *cli_options.names_of(cli_options.READING | cli_options.WHEN))
+    reading += ["--wavelengths"] if arguments.wavelengths else []
+    for name in reading if arguments.scene is None else ():
+        raise UsageError(f"{name} says how a scene is read; a run is checked against its own plan: leave it out")
 
 
 def _run_report(arguments: argparse.Namespace) -> VerifyReport:

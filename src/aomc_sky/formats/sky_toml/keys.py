@@ -382,6 +382,10 @@ PATHS = {"sky": ("table",), "background": ("file",), "atmosphere": ("file",)}
 """Keys that name a file, relative to the folder of sky.toml."""
 
 
+GHI_ALONE = "add dhi or dni, measured or estimated (pvlib.irradiance.erbs); under an overcast dhi is ghi"
+"""What to write in place of ghi alone."""
+
+
 def set_problem(names: Collection[str]) -> Problem | None:
     """The problem of keys of [perez] that are not one of the `SETS`."""
     names = [name for name in names if any(name in group for group in _GROUPS)]
@@ -393,6 +397,8 @@ def set_problem(names: Collection[str]) -> Problem | None:
         shown = " and ".join("/".join(group) for group in touched)
         return _contradiction(f"{shown} describe the same sky twice", f"keep one of {_SETS_TEXT}")
     named = touched[0]
+    if named == ["ghi"]:
+        return _contradiction("ghi alone does not say how much of it is the beam", GHI_ALONE)
     expected = next(complete for complete in SETS if set(named) <= set(complete))
     missing = ", ".join(name for name in expected if name not in named)
     alternative = {"dni": " (or ghi)", "dhi": " (or ghi)", "ghi": " (or dhi)"}.get(named[0], "")

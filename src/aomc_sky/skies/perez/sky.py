@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, floats, number, require_kind, require_one_of
+from aomc_sky.formats.sky_toml.keys import GHI_ALONE
 from aomc_sky.grid import PatchGrid
 from aomc_sky.options import MODEL
 from aomc_sky.skies.model import Share, check_share, polarised, sky_repr, with_share
@@ -213,6 +214,8 @@ class PerezSky(Share):
     def _modelled_coefficients(self) -> np.ndarray:
         by_weather = self.dni is not None and self.dhi is not None and self.epsilon is None and self.delta is None
         by_sky = self.epsilon is not None and self.delta is not None and self.dni is self.dhi is self.ghi is None
+        if self.ghi is not None and not (by_weather or by_sky) and self.dni is self.dhi is self.epsilon is None:
+            raise UsageError("ghi alone does not say how much of it is the beam", GHI_ALONE)
         if not (by_weather or by_sky):
             raise UsageError("give exactly one of (epsilon, delta), two of dni, dhi and ghi, or coefficients")
         if by_weather:

@@ -194,6 +194,17 @@ def _notes(table: SkyTable, sky: TabulatedSky) -> list[str]:
             InputWarning,
             stacklevel=5,
         )
+    has_entry = np.any(table.line, axis=(0, 1))
+    if offers and table.radiance.shape[2] > 2 and np.all(has_entry[:-1]) and not has_entry[-1]:
+        low, high = sky.grid.azimuth_bounds_deg[-1]
+        n = table.radiance.shape[2] - 1
+        warnings.warn(
+            f"{table.path}: warning[E313]: azimuth index {n}, the last of the header, is empty at all wavelengths: the "
+            f"sky is dark from azimuth {low:g} to {high:g} degrees; for {n} columns numbered from 0 write {n - 1} as "
+            "sky_azimuth in the header; where it is dark indeed, write a row with the value 0",
+            InputWarning,
+            stacklevel=5,
+        )
     return notes
 
 
