@@ -53,7 +53,7 @@ COMMANDS = [
     ("formats/mcpl.md", 2, ("mcpl",)),
     pytest.param("howto/index.md", 5, ("matplotlib", "pvlib"), marks=pytest.mark.slow),
     pytest.param("howto/measured_sky.md", 8, (), marks=pytest.mark.slow),
-    pytest.param("howto/weather.md", 17, ("pvlib",), marks=pytest.mark.slow),
+    pytest.param("howto/weather.md", 16, ("pvlib",), marks=pytest.mark.slow),
     pytest.param("howto/polarised.md", 3, (), marks=pytest.mark.slow),
     pytest.param("howto/radiance.md", 8, ("xarray",), marks=pytest.mark.slow),
     pytest.param("models/atmosphere.md", 1, (), marks=pytest.mark.slow),
@@ -72,7 +72,7 @@ def test_page_of_commands(page, n_commands, packages, tmp_path):
 def test_page_of_own_skies(tmp_path, skies_site, monkeypatch):
     pytest.importorskip("xarray")
     monkeypatch.setenv("PYTHONPATH", str(skies_site))
-    assert carry_out("howto/own_sky.md", tmp_path) == 10
+    assert carry_out("howto/own_sky.md", tmp_path) == 7
     pip_install(tmp_path / "our_skies", tmp_path / "site")  # the package that the page shows
     monkeypatch.syspath_prepend(tmp_path / "site")
     day, chosen = tmp_path / "inputs" / "clear_day", {"sky": "bright_zenith", "iterations": 10**6}
