@@ -252,13 +252,9 @@ def chip_width(name: str) -> float:
 
 
 def table(rooms: dict[str, Room], layers: list[list[str]]) -> str:
-    """Every room and sub-room with its sentence, as Markdown."""
-    lines = ["| room | what it is |", "| --- | --- |"]
-    for name in (name for layer in layers for name in layer):
-        lines.append(f"| **{name}** | {rooms[name].sentence} |")
-        subs = ((f"{name}/{sub}", sentence_of(PACKAGE / name / sub / "__init__.py")) for sub in rooms[name].rooms)
-        lines += [f"| {sub} | {sentence} |" for sub, sentence in subs]
-    return "\n".join([*lines, ""])
+    """Every room with its sentence, as Markdown."""
+    rows = (f"| **{name}** | {rooms[name].sentence} |" for layer in layers for name in layer)
+    return "\n".join(["| room | what it is |", "| --- | --- |", *rows, ""])
 
 
 def main(folder: Path) -> None:
