@@ -41,7 +41,7 @@ def test_tutorial_after_the_readme_in_one_folder(tmp_path):
     assert carry_out("../README.md", tmp_path) == 5
     compile_kernel(tmp_path, "-c", "-o", "kernel.o")
     pytest.importorskip("matplotlib")
-    assert carry_out("tutorial.md", tmp_path) == 13
+    assert carry_out("tutorial.md", tmp_path) == 12
     # so that the programs of both pages go on running
     assert not programs("README.md").keys() & programs("docs/tutorial.md").keys()
 
