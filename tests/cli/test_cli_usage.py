@@ -1,7 +1,7 @@
 """What a command cannot use: what is wrong comes first, then what was meant; no file is written.
 
-Exit code and a few words of the one message here; whole messages of frequent mistakes stand in docs/errors.md and
-mistakes.md. With --json an error is one object of a published schema.
+Exit code and a few words of the one message here; whole messages of frequent mistakes stand in mistakes.md. With --json
+an error is one object of a published schema.
 """
 
 import argparse
@@ -227,11 +227,11 @@ def test_what_does_not_go(code, line, words, folder, monkeypatch, told):
     assert sorted(folder.rglob("*")) == before
 
 
-PAGES = (REPOSITORY / "docs" / "errors.md", Path(__file__).with_name("mistakes.md"))
-ROWS = [row for page in PAGES for row in re.findall(r"(?m)^\| `aomc-sky ?(.*?)` \| `(.*)` \|$", page.read_text())]
+PAGE = Path(__file__).with_name("mistakes.md")
+ROWS = re.findall(r"(?m)^\| `aomc-sky ?(.*?)` \| `(.*)` \|$", PAGE.read_text())
 
 
-def test_first_lines_are_those_of_the_pages(folder, monkeypatch, capsys):
+def test_first_lines_are_those_of_the_page(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder / "few")
     assert len(ROWS) == 38
     for words, line in ROWS:
