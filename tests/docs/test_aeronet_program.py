@@ -13,7 +13,7 @@ import aomc_sky as sky
 from tests.support.shared import INPUTS
 
 ALMUCANTAR, PLANE = INPUTS / "measured" / "almucantar.alm", INPUTS / "measured" / "principal_plane.ppl"
-PROGRAM = INPUTS / "measured" / "alm_to_csv.py"
+PROGRAM = INPUTS / "alm_to_csv.py"
 HOUR = "21:06:2026,15"
 FROM_THE_SUN = "# azimuth: clockwise from the sun\n# radiance unit: uW cm-2 nm-1 sr-1\n"
 
