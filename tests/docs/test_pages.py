@@ -54,7 +54,7 @@ COMMANDS = [
     pytest.param("howto/measured_sky.md", 8, (), marks=pytest.mark.slow),
     pytest.param("howto/weather.md", 11, ("pvlib",), marks=pytest.mark.slow),
     pytest.param("howto/polarised.md", 3, (), marks=pytest.mark.slow),
-    pytest.param("howto/radiance.md", 7, ("xarray",), marks=pytest.mark.slow),
+    pytest.param("howto/radiance.md", 8, ("xarray",), marks=pytest.mark.slow),
     pytest.param("models/atmosphere.md", 1, (), marks=pytest.mark.slow),
     pytest.param("plots.md", 2, ("matplotlib", "h5py"), marks=pytest.mark.slow),
 ]

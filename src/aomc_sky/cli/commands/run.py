@@ -57,8 +57,8 @@ def add_options(parser: Parser) -> None:
         "amc_inp",
         metavar="AMC_INP",
         nargs="?",
-        help="amc.inp, or the folder that holds it, or a measured sky (.csv, .tsv, .txt, .dat), or a radiance field "
-        "(.nc); none: sun and sky by the options of weather, or a --sky alone, at --wavelengths",
+        help="amc.inp or its folder, or a measured sky (.csv, .tsv, .txt, .dat), or a radiance field (.nc); none: sun "
+        "and sky by the options of weather, or a --sky alone, at --wavelengths",
     )
     cli_options.add_groups(parser, GROUPS)
     parser.show_first(FIRST)
