@@ -13,7 +13,7 @@ import aomc_sky
 from tests.support.public_names import public_names
 from tests.support.shared import INPUTS, REPOSITORY
 
-WITHOUT = {"PluginError"}  # it takes another package
+WITHOUT = {"errors.PluginError"}  # it takes another package
 EXTRA = {"h5py": r"write_background|read_background", "mcpl": "read_mcpl", "pvlib": "sun_position|spectrl2"}
 EXTRA |= {"xarray": "to_xarray", "matplotlib": r"sky\.plot"}
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 _HORIZON = 90  # degrees: the last zenith index that the AOMC program can use
 _MOST_ENTRIES = 20
+_FEW_COLUMNS = 3  # the example of the format's description has two of three
 _BEYOND = "as whole degrees the zenith index must not go beyond {}"
 _DEGREES_ADVICE = "without --bins degrees indices are numbers of equal bins"
 
@@ -195,7 +196,7 @@ def _notes(table: SkyTable, sky: TabulatedSky) -> list[str]:
             stacklevel=5,
         )
     has_entry = np.any(table.line, axis=(0, 1))
-    if offers and table.radiance.shape[2] > 2 and np.all(has_entry[:-1]) and not has_entry[-1]:
+    if offers and len(has_entry) > _FEW_COLUMNS and np.all(has_entry[:-1]) and not has_entry[-1]:
         low, high = sky.grid.azimuth_bounds_deg[-1]
         n = table.radiance.shape[2] - 1
         warnings.warn(
