@@ -9,7 +9,7 @@ import pytest
 from aomc_sky import UsageError
 from aomc_sky.atmosphere import rayleigh_cross_section
 from aomc_sky.errors import InputFileError
-from aomc_sky.skies.atmosphere.medium import Constituent, NumberDensity, read_phase_block, sphere_integral
+from aomc_sky.skies.atmosphere.medium import Constituent, NumberDensity, _thin_layers, read_phase_block, sphere_integral
 from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
 from tests.skies.atmosphere.language.test_values import AEROSOL, COLOURED, CORNETTE, MOLECULES, OZONE, PEAKED, RAYLEIGH
 from tests.support import atmospheres
@@ -55,6 +55,7 @@ def test_columns_are_those_of_the_integral():
         ("return 4. + atan(6999.9 - altitude, -1.);", [6999.9]),
         ("return sqr(tan(altitude/(60*km)) - 1e-9);", [60e3 * math.pi / 2]),
         ("return floor(altitude/(50*km));", [50e3, 100e3]),
+        ("return mod(altitude, 50*km);", [50e3, 100e3]),
         ("return min(altitude, 5*km) + min(altitude, 5*km);", [5e3]),
         ("float s=0.; if(altitude > 1*km) s += 1.; if(altitude > 4*km) s += 1.; return s;", [1e3, 4e3]),
         ("bool low = altitude < 4*km; return low ? 1. : 2.;", [4e3]),
@@ -85,6 +86,14 @@ def test_no_quadrature_steps_over_a_thin_smooth_layer(width_m):
     assert 0 <= high - (83217 + half) <= spacing
     beside_the_gas = column(layer(width_m)) - 1e-9 * 8e3 * -math.expm1(-15)
     assert beside_the_gas == pytest.approx(math.sqrt(2 * math.pi) * width_m, rel=1e-10)
+
+
+def test_of_many_thin_layers_the_largest_are_kept():
+    value = np.zeros(521)
+    value[2::4] = 1.0 + np.random.default_rng(1).permutation(130)
+    layers = _thin_layers(value)
+    assert sorted(value[peak] for _, peak, _ in layers) == list(range(31, 131))
+    assert all((before, after) == (peak - 1, peak + 1) for before, peak, after in layers)
 
 
 def column(text, top_m=TOP_M):

@@ -1,5 +1,7 @@
 """Light scattered once: closed forms of flat layers, slow vectors, convergence, the corners of the sky, twilight."""
 
+import itertools
+import math
 from dataclasses import replace
 
 import mpmath
@@ -8,6 +10,7 @@ import pytest
 
 from aomc_sky.skies.atmosphere import order_one
 from aomc_sky.skies.atmosphere.eclipse import solve_order_one
+from aomc_sky.skies.atmosphere.kernels.order_one import panel_of, root_above
 from aomc_sky.skies.atmosphere.medium import scatterers
 from aomc_sky.skies.atmosphere.optical_depth import density_profile
 from aomc_sky.skies.atmosphere.order_one import ray_panels, scattered_once, scattering_cosine
@@ -195,3 +198,36 @@ def test_slow_vectors_all_over_the_sky():
     lit = [c for c in cases if solve_order_one(full(550.0), np.radians(c[0]), *np.radians([c[1:]]).T)[0, 0] > 1e-30]
     compare(molecules_only(400.0), lit, 2e-6)
     compare(full(550.0), lit, 2e-6)
+
+
+def test_a_number_lies_between_the_edges_of_its_panel():
+    edges = np.array([0.0, 1.0, 3.0, 4.0, 9.0])
+    for x in (0.0, 0.5, 1.0, 2.9, 3.0, 3.5, 4.0, 8.9):
+        panel = panel_of(edges, x)
+        assert edges[panel] <= x < edges[panel + 1]
+    assert (panel_of(edges, 9.0), panel_of(edges, 20.0)) == (3, 3)  # the last panel has what lies beyond it
+
+
+def test_beyond_the_root_no_ray_of_a_sinking_sun_dips_below_the_altitude():
+    """By vectors: from the ground along a ray, and the distance of the sun's ray from the centre of the earth."""
+    radius, n_infinite = 6371e3, 0
+    for sun_mu, mu, turn, touched in itertools.product(
+        (-0.2, -0.05, -0.001), (0.01, 0.4, 0.9), (0.0, 0.7, 1.8, 3.1), (0.0, 2e4)
+    ):
+        sine, to_sun = math.sqrt(1 - mu**2), np.array([math.sqrt(1 - sun_mu**2), 0.0, sun_mu])
+        ray = np.array([sine * math.cos(turn), sine * math.sin(turn), mu])
+        root = root_above(radius, mu, sun_mu, float(ray @ to_sun), touched)
+        altitude = root**2
+        way = np.geomspace(1.0, 1e10, 400)
+        if root < math.inf:
+            way = np.array([math.sqrt((radius * mu) ** 2 + altitude * (altitude + 2 * radius)) - radius * mu])
+        place = np.array([0.0, 0.0, radius]) + way[:, None] * ray
+        sinks = place @ to_sun < 0.0
+        lowest = np.linalg.norm(np.cross(place, to_sun), axis=1) - radius
+        if root < math.inf:
+            assert sinks.all()
+            assert lowest == pytest.approx(touched, abs=0.1)
+        else:
+            assert (lowest[sinks] < touched).all()
+        n_infinite += root == math.inf
+    assert 0 < n_infinite < 36

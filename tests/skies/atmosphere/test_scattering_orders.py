@@ -11,8 +11,8 @@ from scipy.integrate import cumulative_trapezoid, trapezoid
 from aomc_sky.errors import SceneError
 from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top, vertical_optical_depth
 from aomc_sky.skies.atmosphere.scattering_orders import diffuse
-from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, source_functions
-from aomc_sky.skies.atmosphere.scattering_orders.orders import legendre_table, phase_moments
+from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, source_functions, times_cosine
+from aomc_sky.skies.atmosphere.scattering_orders.orders import legendre_table, phase_moments, split_table
 from aomc_sky.skies.atmosphere.scattering_orders.paths import ShellPaths, node_paths
 from aomc_sky.skies.atmosphere.scattering_orders.slab import altitude_grid, slabs_of_medium
 from aomc_sky.skies.atmosphere.sky.solve import solve
@@ -217,6 +217,27 @@ def test_addition_theorem_at_high_degree():
         assert found == pytest.approx(float(mpmath.legendre(degree, cosine)), abs=1e-12)
 
 
+@pytest.mark.parametrize("n_moments", [1, 6, 7])
+def test_both_parities_have_as_many_rows(n_moments):
+    """An odd number of degrees is filled with zeros."""
+    mu = np.array([0.2, 0.7])
+    table = legendre_table(mu, n_moments, n_moments)
+    even, odd = split_table(mu, n_moments, n_moments)
+    assert even.shape == odd.shape == (n_moments, (n_moments + 1) // 2, 2)
+    assert np.array_equal(even, table[:, 0::2])
+    n_odd = n_moments // 2
+    assert np.array_equal(odd[:, :n_odd], table[:, 1::2])
+    assert not odd[:, n_odd:].any()
+
+
+@pytest.mark.parametrize("n_modes", [1, 2, 5])
+def test_a_cosine_series_times_the_cosine(n_modes):
+    modes, azimuth = np.random.default_rng(2).random((n_modes, 3)), np.linspace(0.0, np.pi, 7)
+    before, after = (np.cos(np.outer(azimuth, np.arange(n))) for n in (n_modes, n_modes + 1))
+    wanted = np.cos(azimuth)[:, None] * (before @ modes)
+    np.testing.assert_allclose(after @ times_cosine(modes), wanted, rtol=0.0, atol=1e-14)
+
+
 def test_moments_of_phase_functions():
     sharp = phase_moments(lambda cosine: atmospheres.peaked_phase(cosine, 0), 4)
     assert sharp[0] == 1.0
@@ -275,6 +296,14 @@ def test_a_wavelength_that_sees_nothing():
     assert np.all(np.diff(empty.edge_depth) > 0.0)
     assert empty.edge_depth[-1] < 1e-12 < seen.edge_depth[-1]
     assert np.all((empty.share > 0.0) & (empty.share < 1.0))
+
+
+def test_elements_of_one_gas_are_those_of_any_of_its_wavelengths():
+    def edges(*wavelength_nm):
+        gas = atmospheres.molecules(np.array(wavelength_nm))
+        return altitude_grid(atmospheres.medium_of([gas], wavelength_nm), 6).edge_m
+
+    np.testing.assert_allclose(edges(400.0, 500.0, 700.0), edges(500.0), rtol=1e-9)
 
 
 def test_a_direction_does_not_depend_on_its_company():

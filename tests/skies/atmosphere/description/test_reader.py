@@ -8,6 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError, InputWarning
+from aomc_sky.formats.report import BadValueError
 from aomc_sky.skies.atmosphere.description import keys as all_keys
 from aomc_sky.skies.atmosphere.description.data import PhaseFunctionType
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
@@ -194,6 +195,13 @@ def test_problems_of_all_places_come_in_one_go(tmp_path):
     assert codes_of(tmp_path / "none.atmo") == ["E100"]
     assert codes_of(tmp_path) == ["E100"]
     assert codes_of(changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file "))) == ["E401"]
+
+
+def test_a_size_is_from_1_to_the_largest_integer():
+    assert [all_keys.size_value(text) for text in ("1", "2147483647")] == [1, 2**31 - 1]
+    for text in ("0", "2147483648"):
+        with pytest.raises(BadValueError, match="outside 1 to 2147483647"):
+            all_keys.size_value(text)
 
 
 KEYS = {"sun": "1.5, 1.9, 1.7, 1.4", "ground": "0.1, 0.1, 0.2, 0.3", "ozone": "1e-27, 1e-25, 5e-25, 1e-25"}
