@@ -62,6 +62,22 @@ def test_every_beam_says_where_it_is_and_how_wide(law):
     assert zone_shares(source, zones).share.sum() == 1.0
 
 
+@pytest.mark.parametrize(("zenith_deg", "radius_deg"), [(89.9, 0.27), (90.0, 3.0), (86.0, 4.5)])
+def test_moments_of_a_disc_at_the_horizon_are_those_of_its_circles(zenith_deg, radius_deg):
+    """Along circles round the centre mu is a + b cos(turn), whose powers have integrals in closed form."""
+    (component,) = sky.DirectBeam(sun_zenith_deg=zenith_deg, sun_azimuth_deg=0.0, radius_deg=radius_deg).lower([550.0])
+    assert component.law is Law.DISC_AT_HORIZON
+    zenith, radius = np.deg2rad(zenith_deg), np.deg2rad(radius_deg) * (np.arange(20_000) + 0.5) / 20_000
+    a, b = np.cos(zenith) * np.cos(radius), np.sin(zenith) * np.sin(radius)
+    turn = np.arccos(np.clip(-a / b, -1.0, 1.0))
+    angle = np.sum(np.sin(radius) * turn)
+    flux = np.sum(np.sin(radius) * (a * turn + b * np.sin(turn)))
+    square = (a * a + b * b / 2) * turn + 2 * a * b * np.sin(turn) + b * b * np.sin(2 * turn) / 4
+    mean, inverse = law_of(component.law).moments(component)
+    assert mean == pytest.approx(np.sum(np.sin(radius) * square) / flux, rel=1e-5)
+    assert inverse == pytest.approx(angle / flux, rel=1e-5)
+
+
 MOMENTS = law_of(Law.CELL_MU).moments
 WHOLE = CellLaw(moments=MOMENTS, directions=kernel_laws.in_mu)
 DRAWN = tuple(kernel_laws.DRAWN)

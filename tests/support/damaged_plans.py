@@ -147,6 +147,13 @@ def _reversed_inside(array):
     return array
 
 
+def _cut_disc(zenith_deg, radius_deg):
+    """Rim, width, chord and centre of a disc that the horizon cuts, as they follow from each other."""
+    zenith, radius = np.deg2rad([zenith_deg, radius_deg])
+    half_width = np.arcsin(np.sin(radius) / np.sin(zenith)) / (np.pi / 2)
+    return np.cos(zenith - radius) ** 2, half_width, 4 * np.sin(radius / 2) ** 2, np.cos(zenith)
+
+
 _NO_LAW = next(number for number in itertools.count() if number not in set(Law))
 _WITH_TABLES = [int(law) for law in Law if law_of(law).tables or law_of(law).has_slopes]
 
@@ -183,6 +190,8 @@ _VALUES = tuple(
         ("horizon", "cell", "E954", "off its rim", _put((0, 0), 0.5)),
         ("horizon", "cell", "E954", "that no try hits", _put((0, 2), 1e-30)),
         ("horizon", "cell", "E954", "of the whole sky", _put((0, 2), 4.0)),
+        ("horizon", "cell", "E954", "of a radius of 11 degrees", _put((0, slice(4)), _cut_disc(89.9, 11.0))),
+        ("horizon", "cell", "E954", "with a centre below the horizon", _put((0, slice(4)), _cut_disc(90.1, 0.27))),
         *(("lobes", "bounds_1", "E954", f"{bins} bins", _put((0, 3), bins)) for bins in (977.0, 0.0, 2.0**40)),
         ("lobes", "bounds_1", "E954", "of one cell", lambda a: a[:1].copy()),
         ("sloped", "slope_0", "E954", "of -3", _put((0, 0, 1), -3.0)),
@@ -206,7 +215,7 @@ _OPTIONS = {
     "replicates": (0, 2**40),
     "footprint": (["hexagon", 1.0, 1.0], ["circle", 1.0, 2.0], ["circle", float("nan"), 1.0], ["point"]),
     "components": ([], ["a", "b"], [7], "t", ["a,b"], ["\x1b[2J"], ["\u202e"], ["x" * 300]),
-    "azimuth_first_index": ([0.5], [], [2**70]),
+    "azimuth_first_index": ([0.5], [], [2**70], [2**31 + 1], [-(2**31) - 1]),
     "colour": ("blue",),
 }
 """Values of options that no plan has."""
