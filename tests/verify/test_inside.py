@@ -6,7 +6,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import sky_from_travel
-from aomc_sky.verify.inside import interior_of
+from aomc_sky.verify.inside import _touched, interior_of
 from tests.support.shared import INPUTS
 
 
@@ -55,3 +55,16 @@ def test_patches_that_touch_a_beam_are_left_out():
         assert np.count_nonzero(~interior.is_usable) == n_touched
         around = grid.patch_of(np.array([29.9, 30.1]), np.array([azimuth, azimuth]))
         assert not interior.is_usable[around].any()
+
+
+@pytest.mark.parametrize(
+    ("start", "end"), [(15, 15), (40, 40), (0, 0), (350, 355), (358, 362), (-5, 5), (30, 50), (-180, 180)]
+)
+def test_intervals_of_azimuth_touch_where_they_share_a_degree(start, end):
+    """Both ends belong to an interval, so whole numbers tell."""
+    grid = sky.PatchGrid.regular(9, 36)
+    degrees = {k % 360 for k in range(start, end + 1)}
+    columns = [not degrees.isdisjoint(k % 360 for k in range(low, low + 11)) for low in range(0, 360, 10)]
+    rings = [low <= 30 and low + 10 >= 25 for low in range(0, 90, 10)]
+    found = _touched(grid, np.array([[25.0, 30.0, start, end]]))
+    assert np.array_equal(found.reshape(9, 36), np.outer(rings, columns))

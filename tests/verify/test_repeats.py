@@ -43,6 +43,11 @@ def test_pairs_are_counted_exactly():
     assert sample_of(rows).pairs() == (near, equal)
 
 
+def test_one_equal_pair_of_neighbours_has_the_chance_of_a_neighbour():
+    """1 / 64, as the documentation says."""
+    assert sample_of(np.repeat(directions(1), 2, axis=0)).check(1).p_value == pytest.approx(1 / 64, rel=1e-12)
+
+
 def test_zeros_of_both_signs_and_damaged_directions():
     rows = np.array([[0.0, -0.0, -1.0], [-0.0, 0.0, -1.0]])
     assert sample_of(rows).pairs() == (1, 1)

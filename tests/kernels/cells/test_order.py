@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.kernels.cells import order
-from aomc_sky.kernels.cells.blocks import ranks_of_block
+from aomc_sky.kernels.cells.blocks import ranks_of_block, split_place
 from aomc_sky.kernels.cells.order import SHORT_LIMIT, high_step, mix, split_order
 from aomc_sky.kernels.jit import inner, shared
 
@@ -120,3 +120,10 @@ def test_two_rounds_would_be_caught():
         return np.minimum((high << s) | low, np.uint64(n - 1))
 
     assert abs(prefix_excess(two_rounds, 1_000_003, 8, 20)) > 6
+
+
+@pytest.mark.parametrize(("kind", "bits"), [(_U32, 16), (_U64, 32)])
+def test_a_place_holds_head_and_tail_in_its_halves(kind, bits):
+    most = 2**bits - 1
+    for head, tail in ((0, most), (most, 0), (5, 7)):
+        assert split_place(kind(head << bits | tail)) == (head, tail)
