@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import InputFileError, SceneError, UsageError
+from aomc_sky.source.light.brightness import InBands
+from aomc_sky.source.light.join import Light, in_absolute_units
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
@@ -182,6 +185,28 @@ def test_irradiances_of_beam_and_sky_are_their_shares(scene, model, tmp_path):
     if scene == "sparse_sky" and not model:
         assert (amc.parent / "skydist.inp").exists()
         assert [c.name for c in found.components] == ["direct", "sky"]
+
+
+def test_components_of_a_sky_share_its_irradiance_by_strength():
+    """One that has no mass in a waveband has no part of it."""
+    grid = sky.PatchGrid.regular(1, 2)
+    parts = {"direct": (0.5, [[1, 0]]), "one": (0.1, [[0.2, 0], [0, 0], [0.2, 1]]), "other": (0.3, [[0, 1]])}
+    components = [
+        Component(
+            name=name,
+            law=Law.CELL_MU2,
+            strength=np.full(3, strength),
+            mass=np.array(mass, dtype=np.float64),
+            cell=cells_of_grid(grid),
+            grid=grid,
+        )
+        for name, (strength, mass) in parts.items()
+    ]
+    bands = sky.Wavebands(wavelength_nm=np.array([400.0, 500.0, 600.0]))
+    light = Light(components=tuple(components), row_of_band=np.arange(3))
+    level = InBands(direct_fraction=np.full(3, 0.5), direct=np.full(3, 2.0), diffuse=np.array([4.0, 8.0, 12.0]))
+    found = in_absolute_units(light, bands, None, level).irradiance.of_component
+    np.testing.assert_allclose(found, [[2, 1, 3], [2, 0, 8], [2, 3, 9]], rtol=1e-15)
 
 
 NIGHT = '[sky]\nmodel = "none"\n'
