@@ -58,31 +58,33 @@ def rounded(spectrum: np.ndarray) -> list[float]:
     return [float(f"{value:.5e}") for value in spectrum]
 
 
-def starlight() -> sky.SkyLobe:
+def starlight() -> sky.lobes.SkyLobe:
     """Stars and zodiacal light, equal from everywhere, the colour of the sun: 75 S10 on the whole sphere."""
-    return sky.SkyLobe(kind="hg", width=0.0, spectrum=rounded(4 * np.pi * 75 * S10 * at_550(planck(5800.0))))
+    return sky.lobes.SkyLobe(kind="hg", width=0.0, spectrum=rounded(4 * np.pi * 75 * S10 * at_550(planck(5800.0))))
 
 
-def airglow() -> sky.SkyLobe:
+def airglow() -> sky.lobes.SkyLobe:
     """A glowing layer overhead: continuum and the lines of oxygen and sodium, 145 S10 at the zenith."""
     lines = 18.0 * line(557.7) + 4.0 * line(589.3) + 12.0 * line(630.0) + 4.0 * line(636.4)
     shape = at_550(0.6 * (WAVELENGTH_NM / 550.0) + lines)
     # the density of a GGX lobe in its axis is 1 / (pi alpha^2)
-    return sky.SkyLobe(kind="ggx", width=AIRGLOW_WIDTH, spectrum=rounded(145 * S10 * np.pi * AIRGLOW_WIDTH**2 * shape))
+    return sky.lobes.SkyLobe(
+        kind="ggx", width=AIRGLOW_WIDTH, spectrum=rounded(145 * S10 * np.pi * AIRGLOW_WIDTH**2 * shape)
+    )
 
 
-def city() -> list[sky.SkyLobe]:
+def city() -> list[sky.lobes.SkyLobe]:
     """The dome of a city at the horizon, dimmed to 0.6 between 22:00 and 23:30 local time."""
     lamps = at_550(0.15 + 12.0 * line(498.0) + 25.0 * line(569.0) + 45.0 * line(589.0) + 25.0 * line(616.0))
     natural = 220 * S10
     there = 0.01 * INHABITANTS * DISTANCE_KM**-2.5 * natural
-    unit = sky.SkyLobe(**CITY, spectrum=np.ones_like(WAVELENGTH_NM))
+    unit = sky.lobes.SkyLobe(**CITY, spectrum=np.ones_like(WAVELENGTH_NM))
     spectrum = rounded(there / density_at(unit, zenith_deg=45.0) * lamps)
     keys = ((0.0, 0.6), (16.5, 0.6), (17.0, 1.0), (22.0, 1.0), (23.5, 0.6))
-    return [sky.SkyLobe(**CITY, spectrum=spectrum, time_days=hour / 24, factor=factor) for hour, factor in keys]
+    return [sky.lobes.SkyLobe(**CITY, spectrum=spectrum, time_days=hour / 24, factor=factor) for hour, factor in keys]
 
 
-def density_at(lobe: sky.SkyLobe, *, zenith_deg: float) -> float:
+def density_at(lobe: sky.lobes.SkyLobe, *, zenith_deg: float) -> float:
     """Density of a lobe above its own azimuth. [sr-1]"""
     from aomc_sky.skies.lobes.file.data import axis_quaternion
     from aomc_sky.skies.lobes.lobe import to_local
@@ -97,14 +99,14 @@ def main(folder: Path) -> None:
     """Write the file below a folder."""
     target = folder / "night_sky"
     target.mkdir(parents=True, exist_ok=True)
-    file = sky.background_of_lobes(
+    file = sky.lobes.background_of_lobes(
         {"starlight": starlight(), "airglow": airglow(), "city": city()},
         WAVELENGTH_NM,
         name="a moonless night at the coast",
         author="inputs/make_night.py",
         description="Starlight with zodiacal light, airglow, and the glow of a city of 200 000 at 30 km",
     )
-    sky.write_background(target / "night.h5", file)
+    sky.lobes.write_background(target / "night.h5", file)
 
 
 if __name__ == "__main__":

@@ -53,7 +53,7 @@ def test_radiances_at_the_ends(name, way, tmp_path, capsys):
 @pytest.mark.parametrize("n", [1, 7], ids=["row-24-1-photon-32400-patches", "row-24-7-photons-32400-patches"])
 def test_fewer_photons_than_patches(n, tmp_path, capsys):
     """Exactly n photons, one to a patch."""
-    answer = run_scene(tmp_path, even_sky(90, 360), ["--iterations", n, "-q"], capsys)
+    answer = run_scene(tmp_path, even_sky(90, 360), ["--iterations", n, "-q", "--weighting", "listed"], capsys)
     assert (answer.code, answer.err) == (0, "")
     counts = photons_of_band(answer.folder, 2)
     assert len(counts) == 32_400
