@@ -108,6 +108,6 @@ class HarrisonCoombesSky(Share):
 def _laws(sun_zenith_rad: float, sun_azimuth_rad: float) -> tuple[PerezSky, PerezSky]:
     """N_clear without its factor, and 1 + 0.72 exp(-1.88 p), as laws of Perez."""
     e = 2.04 * (math.cos(sun_zenith_rad) if math.isfinite(sun_zenith_rad) else 0.0) / 1.63
-    sun = {"sun_zenith_rad": sun_zenith_rad, "sun_azimuth_rad": sun_azimuth_rad}
-    clear = PerezSky(coefficients=(-1.0, -0.19, 53.7 / 1.63, -5.49, e), **sun)
+    coefficients = (-1.0, -0.19, 53.7 / 1.63, -5.49, e)
+    clear = PerezSky(sun_zenith_rad=sun_zenith_rad, sun_azimuth_rad=sun_azimuth_rad, coefficients=coefficients)
     return clear, dataclasses.replace(clear, coefficients=(0.0, 0.0, 0.72, -1.88, 0.0))

@@ -49,7 +49,9 @@ def test_nothing_given_is_no_weather():
 
 
 def test_a_night_names_the_nearest_row_with_light():
-    with pytest.raises(sky.SceneError, match=r"epw:9: --row 1 .*: the sun is 14\.0\d degrees below .*; the nearest row .* is 5$"):
+    with pytest.raises(
+        sky.SceneError, match=r"epw:9: --row 1 .*: the sun is 14\.0\d degrees below .*; the nearest row .* is 5$"
+    ):
         weather_of({"epw": EPW, "row": 1})
     weather_of({"epw": EPW, "row": 5})
     # row 21 has a sun above the horizon, and irradiances of 0
