@@ -64,8 +64,8 @@ def test_files_of_others_under_our_names_stay(fault, scene, tmp_path, told):
 
 OWN = {
     "skydist": (*PEREZ, "--write-skydist", "mine.txt"),
-    "svg": (*PEREZ, "--plot", "mine.svg"),
-    "pdf": (*PEREZ, "--plot", "mine.pdf"),
+    "svg": ("plot", INPUTS / "document_example", "-q", "--out", "mine.svg"),
+    "pdf": ("plot", INPUTS / "document_example", "-q", "--out", "mine.pdf"),
     "of-a-scene": ("plot", INPUTS / "document_example", "-q", "--out", "mine.png"),
     "skydist-of-the-program": (*PEREZ, "--write-skydist", "skydist.inp"),
 }

@@ -37,7 +37,7 @@ def test_method_iid_and_cplusplus(name):
     compare(built("-O2 -std=c++11", "g++"), source_of(name, method="iid", precision="float64"))
 
 
-LONG = ("eclipse", "twilight", "light_polluted")  # their light is computed for about ten seconds
+LONG = ("eclipse", "twilight", "light_polluted", "night_sky")  # their light is computed for about ten seconds
 INPUTS = sorted(path.parent.name for path in (REPOSITORY / "inputs").glob("*/amc.inp"))
 
 

@@ -49,6 +49,7 @@ def test_script_writes_the_same_night(tmp_path):
         assert made.read_bytes() == kept.read_bytes()
 
 
+@pytest.mark.slow
 def test_script_writes_the_same_measurements():
     made, folder = script(INPUTS / "make_measured.py"), INPUTS / "measured"
     written = {"sky.csv": made.measured, "almucantar.alm": made.almucantar, "principal_plane.ppl": made.principal_plane}

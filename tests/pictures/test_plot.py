@@ -284,7 +284,7 @@ def test_numbers_of_the_bar_are_few_and_inside(low, high, most):
         assert len(found) >= 2
 
 
-@pytest.mark.parametrize("size", [300, 640, 2000])
+@pytest.mark.parametrize("size", [300, *(pytest.param(size, marks=pytest.mark.slow) for size in (640, 2000))])
 def test_nothing_is_cut_and_no_labels_touch(size):
     title = "a long title of a picture that has to go into several lines " * 2
     domes = [even_dome(title=f"waveband {k}, 440 nm\nbeam 55 % of the light") for k in range(1, 13)]
