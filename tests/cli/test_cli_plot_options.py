@@ -29,6 +29,7 @@ def test_a_place_and_time_have_a_dome_for_each_waveband(tmp_path, told):
 
 
 def test_what_is_missing_is_asked_as_run_asks(told):
+    pytest.importorskip("matplotlib")
     for words, missing in (((), "which scene?"), (("--sky", "overcast"), "--wavelengths")):
         assert missing in told("plot", *words, code=2).err
         assert missing in told("run", *words, code=2).err
