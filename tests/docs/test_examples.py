@@ -14,7 +14,11 @@ from tests.support.public_names import public_names
 from tests.support.shared import INPUTS, REPOSITORY
 
 WITHOUT = {"errors.PluginError"}  # it takes another package
-EXTRA = {"h5py": r"write_background|read_background", "mcpl": "read_mcpl", "pvlib": r"sun_position|spectrl2|irradiances\("}
+EXTRA = {
+    "h5py": r"write_background|read_background",
+    "mcpl": "read_mcpl",
+    "pvlib": r"sun_position|spectrl2|irradiances\(",
+}
 EXTRA |= {"xarray": "to_xarray", "matplotlib": r"sky\.plot"}
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
