@@ -52,7 +52,7 @@ COMMANDS = [
     ("formats/mcpl.md", 2, ("mcpl",)),
     pytest.param("howto/index.md", 2, ("matplotlib",), marks=pytest.mark.slow),
     pytest.param("howto/measured_sky.md", 8, (), marks=pytest.mark.slow),
-    pytest.param("howto/weather.md", 11, ("pvlib",), marks=pytest.mark.slow),
+    pytest.param("howto/weather.md", 12, ("pvlib",), marks=pytest.mark.slow),
     pytest.param("howto/polarised.md", 3, (), marks=pytest.mark.slow),
     pytest.param("howto/radiance.md", 8, ("xarray",), marks=pytest.mark.slow),
     pytest.param("models/atmosphere.md", 1, (), marks=pytest.mark.slow),

@@ -331,7 +331,7 @@ def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path
 def _sun_lines(scene: Scene) -> list[str]:
     """Where the sun stands at a time and place, or at an hour of a weather file."""
     sun = scene.options.get("sun")
-    if not sun or "weather" not in scene.options:
+    if not sun or not scene.options.get("weather"):
         return []
     zenith, azimuth = sun["zenith_deg"], sun["azimuth_deg"]
     compass = (90.0 - azimuth) % 360.0
