@@ -120,7 +120,9 @@ class MakeSky:
 
     def shown(self, name: str, *more: str) -> str:
         """An option with its range, where the model states it: `option_ranges` of the class or function."""
-        about = ", ".join(filter(None, (getattr(self.make, "option_ranges", {}).get(name), *more)))
+        ranges = getattr(self.make, "option_ranges", None)
+        stated = ranges.get(name) if isinstance(ranges, Mapping) else None
+        about = ", ".join(filter(None, (stated and str(stated), *more)))
         return f"{name} ({about})" if about else name
 
 
