@@ -77,7 +77,7 @@ class HarrisonCoombesSky(Share):
 
     def _law(self) -> PerezSky:
         return dataclasses.replace(
-            _laws(self.sun_zenith_rad, self.sun_azimuth_rad)[0],
+            _clear(self.sun_zenith_rad, self.sun_azimuth_rad),
             strength=self.strength,
             irradiance_W_m2_nm=self.irradiance_W_m2_nm,
             polarisation=self.polarisation,
@@ -85,12 +85,13 @@ class HarrisonCoombesSky(Share):
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """C N_cloud + (1 - C) N_clear of sky elements; 0 below the horizon."""
-        law, aureole = _laws(self.sun_zenith_rad, self.sun_azimuth_rad)
-        cosine = math.cos(self.sun_zenith_rad)
+        law, cosine = _clear(self.sun_zenith_rad, self.sun_azimuth_rad), math.cos(self.sun_zenith_rad)
         clear = law.radiance(sky_zenith_rad, sky_azimuth_rad, wavelength_nm) * (-1.63 * math.expm1(-0.53 / cosine))
         if self.cloud_cover == 0:
             return clear
-        cloudy = aureole.radiance(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
+        cloudy = _aureole(self.sun_zenith_rad, self.sun_azimuth_rad).radiance(
+            sky_zenith_rad, sky_azimuth_rad, wavelength_nm
+        )
         rest = 0.12 * self.sun_zenith_rad - 0.55 + 0.43 * np.cos(floats("sky_zenith_rad", sky_zenith_rad))
         return np.where(cloudy == 0, 0.0, self.cloud_cover * (cloudy + rest) + (1.0 - self.cloud_cover) * clear)
 
@@ -104,10 +105,15 @@ class HarrisonCoombesSky(Share):
         return with_share(self, parts)
 
 
-@functools.lru_cache(maxsize=2)  # each integrates the sky once
-def _laws(sun_zenith_rad: float, sun_azimuth_rad: float) -> tuple[PerezSky, PerezSky]:
-    """N_clear without its factor, and 1 + 0.72 exp(-1.88 p), as laws of Perez."""
+@functools.lru_cache(maxsize=2)  # a law integrates the sky when it is made, and radiances are asked for 200 times
+def _clear(sun_zenith_rad: float, sun_azimuth_rad: float) -> PerezSky:
+    """N_clear without its factor, as a law of Perez."""
     e = 2.04 * (math.cos(sun_zenith_rad) if math.isfinite(sun_zenith_rad) else 0.0) / 1.63
     coefficients = (-1.0, -0.19, 53.7 / 1.63, -5.49, e)
-    clear = PerezSky(sun_zenith_rad=sun_zenith_rad, sun_azimuth_rad=sun_azimuth_rad, coefficients=coefficients)
-    return clear, dataclasses.replace(clear, coefficients=(0.0, 0.0, 0.72, -1.88, 0.0))
+    return PerezSky(sun_zenith_rad=sun_zenith_rad, sun_azimuth_rad=sun_azimuth_rad, coefficients=coefficients)
+
+
+@functools.lru_cache(maxsize=2)
+def _aureole(sun_zenith_rad: float, sun_azimuth_rad: float) -> PerezSky:
+    """1 + 0.72 exp(-1.88 p) of N_cloud, as a law of Perez."""
+    return dataclasses.replace(_clear(sun_zenith_rad, sun_azimuth_rad), coefficients=(0.0, 0.0, 0.72, -1.88, 0.0))

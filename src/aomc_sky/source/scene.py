@@ -251,7 +251,7 @@ class Scene:
         """
         given = self.components if isinstance(self.components, (tuple, list)) else (self.components,)
         parts: list[Component] = []
-        of_models: list[str] = []
+        said: list[str] = []
         without_beam: list[str] = []
         of_tables: list[np.ndarray] = []
         for part in given:
@@ -273,11 +273,11 @@ class Scene:
             if hasattr(model, "table_wavelength_nm"):
                 of_tables.append(model.table_wavelength_nm(self.wavebands.wavelength_nm))
             model_notes = model.notes(self.wavebands.wavelength_nm) if hasattr(model, "notes") else ()
-            of_models += [note for note in model_notes if note not in (*self.notes, *of_models)]
+            said += [note for note in model_notes if note not in (*self.notes, *said)]
             without_beam.append(model.missing_beam() if hasattr(model, "missing_beam") else "")
         missing = () if any(law_of(component.law).is_beam for component in parts) else filter(None, without_beam)
         object.__setattr__(self, "components", tuple(parts))
-        object.__setattr__(self, "notes", (*self.notes, *missing, *of_models))
+        object.__setattr__(self, "notes", (*self.notes, *missing, *said))
         return of_tables[0] if len(of_tables) == 1 else np.full(self.wavebands.n_bands, np.nan)
 
     def radiance(

@@ -137,13 +137,15 @@ def _run(arguments: argparse.Namespace, path: Path) -> int:
             raise UsageError(f"{path} is an unfinished run, which has no table", "finish it by its own command")
         return _unfinished(arguments, path)
     manifest = read_manifest(path / "manifest.json")
-    if os.path.lexists(path / "plan.npz") and Plan.load(path / "plan.npz").sha256 != manifest["plan_sha256"]:
+    has_plan = arguments.csv or os.path.lexists(path / "plan.npz")
+    plan = Plan.load(path / "plan.npz") if has_plan else None
+    if plan is not None and plan.sha256 != manifest["plan_sha256"]:
         from aomc_sky.formats.text_file import refuse
 
         raise refuse(path, "manifest.json belongs to another plan than plan.npz", advice="make the run again")
 
-    if arguments.csv:
-        print(_irradiance_csv(manifest, Plan.load(path / "plan.npz")), end="")
+    if plan is not None and arguments.csv:
+        print(_irradiance_csv(manifest, plan), end="")
         return 0
 
     def text() -> str:
